@@ -1,0 +1,1 @@
+"""The experiment: studies, sequences, metrics, the runner, the result store, the command line."""

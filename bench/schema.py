@@ -1,0 +1,58 @@
+"""The columns of the stored tables: the contract between a run and everything that reads it."""
+
+from __future__ import annotations
+
+FRAME_COLUMNS: dict[str, str] = {
+    "scene": "string",
+    "illumination": "string",
+    "sun_lux": "float64",
+    "bulb_lm": "float64",
+    "frame": "int64",
+    "filter": "string",
+    "engine": "string",
+    "iou": "float64",
+    "f1": "float64",
+    "precision": "float64",
+    "recall": "float64",
+    "ber": "float64",
+    "ap": "float64",
+    "psnr_db": "float64",
+    "ssim": "float64",
+    "psnr_in_mask_db": "float64",
+    "masked_share": "float64",
+    "true_share": "float64",
+    "landmarks_visible": "int64",
+    "landmarks_detected": "int64",
+    "detections_true": "int64",
+    "filter_ms": "float64",
+}
+
+RUN_COLUMNS: dict[str, str] = {
+    "scene": "string",
+    "illumination": "string",
+    "sun_lux": "float64",
+    "bulb_lm": "float64",
+    "filter": "string",
+    "backend": "string",
+    "association": "string",
+    "observation": "string",
+    "seed": "int64",
+    "steps": "int64",
+    "rmse_m": "float64",
+    "rmse_aligned_m": "float64",
+    "rmse_x_m": "float64",
+    "rmse_y_m": "float64",
+    "sq_err_x_max": "float64",
+    "sq_err_y_max": "float64",
+    "landmarks_total": "int64",
+    "landmarks_mapped": "int64",
+    "landmarks_duplicated": "int64",
+    "landmark_rmse_m": "float64",
+    "nees": "float64",
+    "association_precision": "float64",
+    "association_recall": "float64",
+    "nav_success": "float64",
+    "nav_cost_ratio": "float64",
+    "status": "string",
+}
+"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning in a run is NaN."""

@@ -1,0 +1,181 @@
+"""The nouns of a scene. World frame: x east, y north, z up, metres; colours are linear sRGB."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.errors import SceneError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Material:
+    """A glTF metallic-roughness material (with KHR_materials_specular's strength).
+
+    Attributes
+    ----------
+    base_color : (r, g, b)
+        Linear reflectance, 0…1 each.
+    roughness : float
+        Perceptual roughness 0…1; GGX α is its square.
+    metallic : float
+        0 dielectric … 1 metal.
+    specular : float
+        Strength of the dielectric's specular layer, 0…1; 0 leaves pure Lambert.
+    """
+
+    base_color: Rgb
+    roughness: float
+    metallic: float = 0.0
+    specular: float = 1.0
+
+    def __post_init__(self) -> None:
+        values = (*self.base_color, self.roughness, self.metallic, self.specular)
+        if len(self.base_color) != 3 or not all(0.0 <= v <= 1.0 for v in values):
+            raise SceneError(f"material {self}: every value must lie in 0…1")
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A named triangle mesh of one material. Triangles are one-sided: counter-clockwise seen from
+    the side that reflects light.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64, metres
+    triangles : (m, 3) int64, indices into ``vertices``
+    """
+
+    name: str
+    vertices: FloatArray
+    triangles: IntArray
+    material: Material
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Parallel light.
+
+    Attributes
+    ----------
+    azimuth_deg : float
+        Where the sun stands, from north over east (compass bearing), degrees.
+    elevation_deg : float
+        Above the horizon, degrees.
+    lux : float
+        Illuminance on a plane that faces the sun.
+    illuminant : str
+        CIE illuminant name.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    lux: float
+    illuminant: str = "D55"
+    name: str = "sun"
+
+    @property
+    def direction(self) -> FloatArray:
+        """(3,) unit vector from the scene towards the sun."""
+        a, e = np.radians([self.azimuth_deg, self.elevation_deg])
+        return np.array([np.sin(a) * np.cos(e), np.cos(a) * np.cos(e), np.sin(e)])
+
+
+@dataclass(frozen=True)
+class Sky:
+    """A uniform sky dome; ``lux`` is what it gives on open horizontal ground (luminance lux/π)."""
+
+    lux: float
+    illuminant: str = "D75"
+    name: str = "sky"
+
+
+@dataclass(frozen=True)
+class Bulb:
+    """An isotropic lamp: ``lumen``/4π candela. Bulbs of one ``group`` share one layer of the light basis.
+
+    Attributes
+    ----------
+    position : (x, y, z) metres
+    radius : float
+        Of the luminous sphere, metres.
+    """
+
+    position: tuple[float, float, float]
+    lumen: float
+    radius: float = 0.05
+    illuminant: str = "LED-B3"
+    group: str = "bulbs"
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """A painted disc on the floor.
+
+    Attributes
+    ----------
+    position : (x, y) metres on the floor
+    radius : float, metres
+    white : bool
+        White paint if true, black otherwise.
+    """
+
+    id: int
+    position: tuple[float, float]
+    radius: float
+    white: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Tour:
+    """The robot's true track.
+
+    Attributes
+    ----------
+    poses : (n, 3) float64
+        x, y (metres) and heading (rad, counter-clockwise from +x) of each frame.
+    stamps : (n,) float64
+        Seconds from the first frame.
+    """
+
+    poses: FloatArray
+    stamps: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A place: geometry, floor landmarks, lights at their default intensity, and a tour through it.
+
+    Attributes
+    ----------
+    floor : str
+        Name of the surface (z = 0) that carries the landmarks.
+    paint_white, paint_black : Material
+        What the landmark discs are painted with.
+    bounds : (x_min, y_min, x_max, y_max)
+        Of the floor plan, metres.
+    """
+
+    name: str
+    surfaces: tuple[Surface, ...]
+    landmarks: tuple[Landmark, ...]
+    sun: Sun
+    sky: Sky
+    bulbs: tuple[Bulb, ...]
+    tour: Tour
+    floor: str
+    paint_white: Material
+    paint_black: Material
+    bounds: tuple[float, float, float, float]
+
+    @cached_property
+    def landmark_positions(self) -> FloatArray:
+        """(n, 2) float64: the discs' centres on the floor, metres."""
+        return np.array([m.position for m in self.landmarks], dtype=np.float64).reshape(-1, 2)
