@@ -1,0 +1,233 @@
+"""The robot's own calibration: where a pixel looks, and which spot of the floor it shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vslam.errors import VslamError
+
+FloatArray = NDArray[np.float64]
+Model = Literal["equidistant", "pinhole"]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A camera mounted on the robot. Pixel centres lie at integer coordinates; axes are OpenCV's.
+
+    Attributes
+    ----------
+    model : "equidistant" | "pinhole"
+        Equidistant: distance from the principal point = f · angle to the optical axis (rad), as
+        ``cv2.fisheye`` with zero distortion. Pinhole: f · tangent of it.
+    width, height : int
+        Of the picture, pixels.
+    fx, fy : float
+        Focal lengths, pixels (per rad for the equidistant model).
+    cx, cy : float
+        Principal point, pixels.
+    T_robot_camera : (4, 4) float64
+        Maps camera coordinates (x right, y down, z forward) to the robot's (x forward, y left,
+        z up, origin on the floor), metres.
+
+    Raises
+    ------
+    VslamError
+        For an unknown model, a size or focal length that is not positive, or a matrix that is not (4, 4).
+    """
+
+    model: Model
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    T_robot_camera: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.model not in ("equidistant", "pinhole"):
+            raise VslamError(
+                f"calibration: unknown camera model {self.model!r}; use 'equidistant' or 'pinhole'"
+            )
+        if min(self.width, self.height) < 1 or not min(self.fx, self.fy) > 0.0:
+            raise VslamError("calibration: width, height, fx and fy must be positive")
+        if np.shape(self.T_robot_camera) != (4, 4):
+            raise VslamError(
+                f"calibration: T_robot_camera must be (4, 4), not {np.shape(self.T_robot_camera)}"
+            )
+
+    def rays(self) -> FloatArray:
+        """(H, W, 3) float64: unit viewing direction of each pixel in the camera frame (computed once)."""
+        return self._rays
+
+    def unproject(self, pixels: ArrayLike) -> FloatArray:
+        """Viewing directions of pixels.
+
+        Parameters
+        ----------
+        pixels : (n, 2) array_like
+            Column u and row v, sub-pixel.
+
+        Returns
+        -------
+        (n, 3) float64
+            Unit vectors in the camera frame.
+        """
+        x, y = self._normalised(pixels).T
+        if self.model == "pinhole":
+            rays = np.stack([x, y, np.ones_like(x)], axis=1)
+            return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        angle = np.hypot(x, y)
+        radial = np.sinc(angle / np.pi)  # sin θ / θ, finite on the axis
+        return np.stack([radial * x, radial * y, np.cos(angle)], axis=1)
+
+    def project(self, points_camera: ArrayLike) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Pixels that show points.
+
+        Parameters
+        ----------
+        points_camera : (n, 3) array_like
+            In the camera frame, metres.
+
+        Returns
+        -------
+        pixels : (n, 2) float64
+            Column and row; NaN where the model has no image of the point (pinhole: behind the camera).
+        valid : (n,) bool
+            True where the pixel lies inside the picture.
+        """
+        x, y, z = np.asarray(points_camera, dtype=np.float64).reshape(-1, 3).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.model == "pinhole":
+                scale = np.where(z > 0.0, 1.0 / z, np.nan)
+            else:
+                across = np.hypot(x, y)
+                on_axis = np.where(z > 0.0, 1.0 / z, np.nan)  # limit θ / sin θ · 1/|P| on the optical axis
+                scale = np.where(across > 0.0, np.arctan2(across, z) / across, on_axis)
+        pixels = np.stack([self.fx * scale * x + self.cx, self.fy * scale * y + self.cy], axis=1)
+        with np.errstate(invalid="ignore"):
+            low = (pixels >= -0.5).all(axis=1)
+            valid = low & (pixels[:, 0] < self.width - 0.5) & (pixels[:, 1] < self.height - 0.5)
+        return pixels, valid
+
+    def floor_points(self, pixels: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Where pixels meet the floor z = 0.
+
+        Parameters
+        ----------
+        pixels : (n, 2) array_like
+            Column and row, sub-pixel.
+
+        Returns
+        -------
+        points : (n, 2) float64
+            Forward and left coordinate in the robot frame, metres; NaN at and above the horizon.
+        jacobian : (n, 2, 2) float64
+            d(points)/d(pixels), metres per pixel; NaN likewise.
+        """
+        rotation, origin = self.T_robot_camera[:3, :3], self.T_robot_camera[:3, 3]
+        rays = self.unproject(pixels) @ rotation.T
+        d_rays = np.einsum("ij,njk->nik", rotation, self._ray_jacobian(pixels))
+        down = np.where(rays[:, 2] < 0.0, rays[:, 2], np.nan)
+        scale = -origin[2] / down
+        points = origin[:2] + scale[:, None] * rays[:, :2]
+        # p = o − (h/d_z) d_xy, differentiated by d: the ray's length cancels.
+        slope = rays[:, :2] / down[:, None]
+        jacobian = scale[:, None, None] * (d_rays[:, :2] - slope[:, :, None] * d_rays[:, None, 2])
+        return points, jacobian
+
+    def pixel_grid(self) -> FloatArray:
+        """(H·W, 2) float64: column and row of every pixel, row by row."""
+        v, u = np.mgrid[0 : self.height, 0 : self.width]
+        return np.stack([u.ravel(), v.ravel()], axis=1).astype(np.float64)
+
+    @cached_property
+    def _rays(self) -> FloatArray:
+        rays = self.unproject(self.pixel_grid()).reshape(self.height, self.width, 3)
+        rays.setflags(write=False)
+        return rays
+
+    def _normalised(self, pixels: ArrayLike) -> FloatArray:
+        uv = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+        return (uv - (self.cx, self.cy)) / (self.fx, self.fy)
+
+    def _ray_jacobian(self, pixels: ArrayLike) -> FloatArray:
+        """(n, 3, 2): d(ray)/d(pixel); the pinhole's up to a part along the ray, unseen on the floor."""
+        x, y = self._normalised(pixels).T
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        if self.model == "pinhole":
+            length = np.sqrt(x * x + y * y + 1.0)
+            columns = (
+                np.stack([one, zero, zero, one, zero, zero], axis=1).reshape(-1, 3, 2) / length[:, None, None]
+            )
+        else:
+            angle = np.hypot(x, y)
+            radial = np.sinc(angle / np.pi)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                slope = np.where(angle > 1e-4, (np.cos(angle) - radial) / angle**2, -1.0 / 3.0)
+            columns = np.stack(
+                [
+                    radial + slope * x * x,
+                    slope * x * y,
+                    slope * x * y,
+                    radial + slope * y * y,
+                    -radial * x,
+                    -radial * y,
+                ],
+                axis=1,
+            ).reshape(-1, 3, 2)
+        return columns / np.array([self.fx, self.fy])
+
+
+def mounted(
+    model: Model = "equidistant",
+    width: int = 320,
+    height: int = 240,
+    fov_deg: float = 150.0,
+    height_m: float = 1.2,
+    forward_m: float = 0.0,
+    pitch_deg: float = 25.0,
+) -> Calibration:
+    """A camera with square pixels and a centred principal point, looking forward and down.
+
+    The defaults are the robot's camera: Table 4-1's 320 × 240 picture and ±75° field of view.
+
+    Parameters
+    ----------
+    model : "equidistant" | "pinhole"
+    width, height : int, pixels
+    fov_deg : float
+        Horizontal field of view across the whole picture, degrees; a pinhole's below 180.
+    height_m, forward_m : float
+        Of the optical centre above the floor and ahead of the robot's origin, metres.
+    pitch_deg : float
+        Downward tilt of the optical axis, degrees.
+
+    Raises
+    ------
+    VslamError
+        For a field of view that the model cannot have, or a camera at or below the floor.
+    """
+    if not 0.0 < fov_deg < (180.0 if model == "pinhole" else 360.0):
+        raise VslamError(f"calibration: a {model} camera cannot see {fov_deg}° across")
+    if not height_m > 0.0:
+        raise VslamError(f"calibration: camera height must be above the floor, not {height_m} m")
+    half = np.radians(fov_deg) / 2.0
+    focal = width / 2.0 / (np.tan(half) if model == "pinhole" else half)
+    c, s = np.cos(np.radians(pitch_deg)), np.sin(np.radians(pitch_deg))
+    pose = np.array(
+        [
+            [0.0, -s, c, forward_m],
+            [-1.0, 0.0, 0.0, 0.0],
+            [0.0, -c, -s, height_m],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+    return Calibration(
+        model, width, height, float(focal), float(focal), (width - 1) / 2.0, (height - 1) / 2.0, pose
+    )
