@@ -157,8 +157,9 @@ class Scene:
     ----------
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
-    paint_white, paint_black : Material
-        What the landmark discs are painted with.
+    paint_white, paint_black : (r, g, b)
+        Linear reflectance of the landmark discs. Paint lies under the floor's polish: a disc changes the
+        floor's base colour and keeps its gloss.
     bounds : (x_min, y_min, x_max, y_max)
         Of the floor plan, metres.
     """
@@ -171,8 +172,8 @@ class Scene:
     bulbs: tuple[Bulb, ...]
     tour: Tour
     floor: str
-    paint_white: Material
-    paint_black: Material
+    paint_white: Rgb
+    paint_black: Rgb
     bounds: tuple[float, float, float, float]
 
     @cached_property

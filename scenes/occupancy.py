@@ -1,0 +1,103 @@
+"""The true occupancy grid, computed from the geometry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from scenes.errors import SceneError
+from scenes.model import FloatArray, Scene
+
+ROBOT_HEIGHT_M = (0.05, 1.2)
+"""The height band in which geometry is in the robot's way: above door sills, up to its camera mast."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrueOccupancy:
+    """Where the robot's body could not be.
+
+    Attributes
+    ----------
+    blocked : (rows, cols) bool
+        Row is y, column is x; True where geometry stands, or where the tour's start cannot reach.
+    origin : (2,) float64
+        World position of the lower left corner of cell [0, 0], metres.
+    resolution : float
+        Cell edge, metres.
+    """
+
+    blocked: NDArray[np.bool_]
+    origin: FloatArray
+    resolution: float
+
+
+def true_occupancy(
+    scene: Scene, resolution: float, height_m: tuple[float, float] = ROBOT_HEIGHT_M
+) -> TrueOccupancy:
+    """Rasterise all geometry in a height band onto the floor plan.
+
+    A cell is blocked if a triangle, cut to the band, passes through it. Cells that cannot be reached from
+    the tour's start (the building's core, the outdoors) are blocked too.
+
+    Raises
+    ------
+    SceneError
+        If the tour starts in a blocked cell.
+    """
+    margin = 2 * resolution
+    x0, y0, x1, y1 = scene.bounds
+    origin = np.array([x0 - margin, y0 - margin])
+    shape = (
+        int(np.ceil((y1 + margin - origin[1]) / resolution)),
+        int(np.ceil((x1 + margin - origin[0]) / resolution)),
+    )
+    blocked = np.zeros(shape, dtype=bool)
+    for surface in scene.surfaces:
+        for triangle in surface.vertices[surface.triangles]:
+            points = _sample(_clip(triangle, *height_m), resolution / 3)
+            cell = np.floor((points - origin) / resolution).astype(int)
+            inside = (cell >= 0).all(1) & (cell < shape[::-1]).all(1)
+            blocked[cell[inside, 1], cell[inside, 0]] = True
+    return TrueOccupancy(blocked | ~_reachable(blocked, origin, resolution, scene), origin, resolution)
+
+
+def _clip(polygon: FloatArray, low: float, high: float) -> FloatArray:
+    """Cut a polygon to low ≤ z ≤ high (Sutherland–Hodgman)."""
+    for sign, level in ((1.0, low), (-1.0, -high)):
+        kept: list[FloatArray] = []
+        for p, q in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+            a, b = sign * p[2] - level, sign * q[2] - level
+            if a >= 0:
+                kept.append(p)
+            if (a >= 0) != (b >= 0):
+                kept.append(p + (q - p) * a / (a - b))
+        polygon = np.array(kept).reshape(-1, 3)
+    return polygon
+
+
+def _sample(polygon: FloatArray, spacing: float) -> FloatArray:
+    """Points on a convex polygon, at most ``spacing`` apart, seen from above."""
+    if len(polygon) < 3:
+        return np.zeros((0, 2))
+    flat, points = polygon[:, :2], []
+    for b, c in zip(flat[1:-1], flat[2:], strict=True):
+        a = flat[0]
+        longest = max(np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))
+        n = max(1, int(np.ceil(longest / spacing)))
+        i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
+        weight = np.stack([i, j], axis=-1)[i + j <= n] / n
+        points.append(a + weight @ np.stack([b - a, c - a]))
+    return np.concatenate(points)
+
+
+def _reachable(
+    blocked: NDArray[np.bool_], origin: FloatArray, resolution: float, scene: Scene
+) -> NDArray[np.bool_]:
+    regions, _ = ndimage.label(~blocked)
+    column, row = np.floor((scene.tour.poses[0, :2] - origin) / resolution).astype(int)
+    if regions[row, column] == 0:
+        raise SceneError(f"scene {scene.name!r}: the tour starts inside an obstacle at {scene.tour.poses[0, :2]}")
+    return regions == regions[row, column]

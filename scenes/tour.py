@@ -1,0 +1,79 @@
+"""Tours: a track of poses driven at constant speed along a closed way with rounded corners."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.errors import SceneError
+from scenes.model import FloatArray, Tour
+
+
+def rounded_loop(corners: FloatArray, radius: float, spacing_m: float = 0.005) -> FloatArray:
+    """Sample a closed polygon whose corners are arcs.
+
+    Parameters
+    ----------
+    corners : (k, 2) float64
+        Polygon, in driving order, metres.
+    radius : float
+        Of the corner arcs, metres.
+
+    Returns
+    -------
+    points : (n, 2) float64
+        About ``spacing_m`` apart; the last is followed by the first.
+    """
+    pieces = []
+    for before, corner, after in zip(np.roll(corners, 1, 0), corners, np.roll(corners, -1, 0), strict=True):
+        into = (corner - before) / np.linalg.norm(corner - before)
+        out = (after - corner) / np.linalg.norm(after - corner)
+        turn = np.arctan2(into[0] * out[1] - into[1] * out[0], into @ out)
+        reach = radius * np.tan(abs(turn) / 2)
+        if reach > 0.5 * min(np.linalg.norm(corner - before), np.linalg.norm(after - corner)):
+            raise SceneError(f"tour: corner radius {radius} m does not fit at {corner}; choose a smaller one")
+        left = np.sign(turn) * np.array([-into[1], into[0]])
+        centre = corner - reach * into + radius * left
+        phi = np.linspace(0, turn, max(2, int(np.ceil(radius * abs(turn) / spacing_m))))
+        spoke = -radius * left
+        arc = centre + np.stack(
+            [
+                spoke[0] * np.cos(phi) - spoke[1] * np.sin(phi),
+                spoke[0] * np.sin(phi) + spoke[1] * np.cos(phi),
+            ],
+            axis=1,
+        )
+        start, stop = arc[-1], after - out * reach
+        n = max(2, int(np.ceil(np.linalg.norm(stop - start) / spacing_m)))
+        pieces += [arc, start + np.linspace(0, 1, n + 1)[1:-1, None] * (stop - start)]
+    return np.concatenate(pieces)
+
+
+def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, interval_s: float) -> Tour:
+    """Drive along a closed way and note the pose at each frame.
+
+    Parameters
+    ----------
+    way : (n, 2) float64
+        Closed polyline, metres.
+    start_m, length_m : float
+        Where on the way the tour starts and how far it goes, metres along it; it may go round more than once.
+    """
+    if speed_mps <= 0 or interval_s <= 0:
+        raise SceneError("tour: speed and frame interval must be positive")
+    closed = np.vstack([way, way[:1]])
+    segment = np.diff(closed, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(segment, axis=1))])
+    heading = np.unwrap(np.arctan2(segment[:, 1], segment[:, 0]))
+    heading = np.append(heading, heading[0] + 2 * np.pi * np.round((heading[-1] - heading[0]) / (2 * np.pi)))
+    stamps = np.arange(int(length_m / (speed_mps * interval_s)) + 1) * interval_s
+    s = start_m + stamps * speed_mps
+    laps, s = np.floor(s / along[-1]), np.mod(s, along[-1])
+    poses = np.stack(
+        [
+            np.interp(s, along, closed[:, 0]),
+            np.interp(s, along, closed[:, 1]),
+            np.interp(s, along, heading) + laps * (heading[-1] - heading[0]),
+        ],
+        axis=1,
+    )
+    return Tour(poses, stamps)
