@@ -1,0 +1,124 @@
+"""The G-buffer: what each pixel shows. Engines find the triangle; everything else follows from it here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.camera import Camera, pixel_grid
+from renderers.mesh import NOTHING, SceneMesh
+
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera at a place.
+
+    Attributes
+    ----------
+    T_world_camera : (4, 4) float64
+    """
+
+    camera: Camera
+    T_world_camera: NDArray[np.float64]
+
+    @property
+    def origin(self) -> F32:
+        """(3,) float32: the camera's position in the world."""
+        return self.T_world_camera[:3, 3].astype(np.float32)
+
+    @cached_property
+    def directions(self) -> F32:
+        """(H, W, 3) float32: unit direction of each pixel in the world."""
+        rays = self.camera.unproject(pixel_grid(self.camera))
+        return np.ascontiguousarray(rays @ self.T_world_camera[:3, :3].T, dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class GBuffer:
+    """What each pixel of a view shows.
+
+    Attributes
+    ----------
+    triangle : (H, W) int32
+        Index into the mesh, `NOTHING` where the sky is seen.
+    distance : (H, W) float32
+        Along the pixel's ray, metres; inf for the sky.
+    position, normal : (H, W, 3) float32
+        Of the point seen; the normal faces the camera. Undefined for the sky.
+    barycentric : (H, W, 2) float32
+        Weights of the triangle's second and third vertex.
+    surface : (H, W) int32
+        Surface index, `NOTHING` for the sky.
+    """
+
+    view: View
+    triangle: I32
+    distance: F32
+    position: F32
+    normal: F32
+    barycentric: F32
+    surface: I32
+
+    @property
+    def depth(self) -> F32:
+        """(H, W) float32: z in the camera frame, metres; 0 for the sky and where z is not positive."""
+        z_axis = self.view.T_world_camera[:3, 2].astype(np.float32)
+        z = np.where(self.triangle == NOTHING, 0.0, self.distance) * (self.view.directions @ z_axis)
+        return np.maximum(z, 0.0).astype(np.float32)
+
+
+class Engine(Protocol):
+    """Finds which triangle each pixel shows."""
+
+    name: str
+
+    def visible(self, view: View) -> tuple[I32, F32]:
+        """(H, W) triangle index and distance along the ray (metres) of each pixel."""
+
+    def close(self) -> None:
+        """Give back what the engine holds outside of Python."""
+
+
+def fill(mesh: SceneMesh, view: View, engine: Engine) -> GBuffer:
+    """Let an engine find the triangles and derive the rest from the mesh.
+
+    Barycentric weights come from the exact point on each pixel's ray, so both engines are held to the
+    same geometry. On an edge a rasterised neighbour's weights may leave 0…1 by part of a pixel.
+    """
+    triangle, distance = engine.visible(view)
+    seen = triangle != NOTHING
+    index = np.where(seen, triangle, 0)
+    normal = mesh.normals[index]
+    towards = np.einsum("hwc,hwc->hw", normal, view.directions, optimize=False)
+    normal = np.where((towards > 0)[..., None], -normal, normal)
+    position = view.origin + np.where(seen, distance, 0.0)[..., None].astype(np.float32) * view.directions
+    return GBuffer(
+        view=view,
+        triangle=triangle,
+        distance=distance,
+        position=position,
+        normal=normal,
+        barycentric=_barycentric(mesh, index, position),
+        surface=np.where(seen, mesh.surface[index], NOTHING).astype(np.int32),
+    )
+
+
+def _barycentric(mesh: SceneMesh, triangle: I32, position: F32) -> F32:
+    """Weights of the second and third vertex (Ericson 2005, Real-Time Collision Detection, 3.4)."""
+    corner = mesh.vertices[mesh.triangles]
+    edge_b, edge_c = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    bb, bc, cc = (np.einsum("mk,mk->m", p, q) for p, q in ((edge_b, edge_b), (edge_b, edge_c), (edge_c, edge_c)))
+    inverse = 1.0 / np.maximum(bb * cc - bc * bc, 1e-30)
+    dual_b = (cc[:, None] * edge_b - bc[:, None] * edge_c) * inverse[:, None]
+    dual_c = (bb[:, None] * edge_c - bc[:, None] * edge_b) * inverse[:, None]
+    offset = position - corner[triangle, 0]
+    b = np.einsum("...k,...k->...", offset, dual_b[triangle])
+    c = np.einsum("...k,...k->...", offset, dual_c[triangle])
+    return np.stack([b, c], axis=-1).astype(np.float32)

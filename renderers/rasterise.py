@@ -1,0 +1,169 @@
+"""The rasterising engine: pyrender on OSMesa finds the triangles, each pixel's own ray finds the point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.camera import Camera, Pinhole, pixel_grid
+from renderers.gbuffer import F32, I32, View
+from renderers.mesh import NOTHING, SceneMesh
+from renderers.osmesa import FloatTarget, import_pyrender
+
+NEAR_M, FAR_M = 0.03, 500.0
+FACE_DENSITY = 1.5
+"""Cube-face pixels per radian at a face's centre, where they are fewest, over the camera's own."""
+
+_CUBE = {  # rotation from a face's camera axes to the camera's, for front, right, left, down, up, back
+    (2, 1): ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    (0, 1): ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+    (0, -1): ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
+    (1, 1): ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    (1, -1): ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    (2, -1): ((-1, 0, 0), (0, 1, 0), (0, 0, -1)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """One pinhole picture that covers part of a camera's view.
+
+    Attributes
+    ----------
+    R_camera_face : (3, 3) float64
+    pixels : (n, 2) int64
+        Row and column of the camera's pixels that look it up.
+    coordinates : (n, 2) float32
+        Where on the face's picture (u, v) each of them lies.
+    """
+
+    pinhole: Pinhole
+    R_camera_face: NDArray[np.float64]
+    pixels: NDArray[np.int64]
+    coordinates: F32
+
+
+def faces_of(camera: Camera) -> list[Face]:
+    """Split a camera's view into pinhole pictures: itself, or the sides of a cube that it sees."""
+    rays = camera.unproject(pixel_grid(camera))
+    if isinstance(camera, Pinhole):
+        everything = np.argwhere(np.ones(rays.shape[:2], dtype=bool))
+        own = pixel_grid(camera).reshape(-1, 2).astype(np.float32)
+        return [Face(camera, np.eye(3), everything, own)]
+    rate = camera.project(np.array([[0.001, 0, 1.0]]))[0] - camera.project(np.array([[0, 0, 1.0]]))[0]
+    side = int(np.ceil(2 * FACE_DENSITY * rate[0, 0] / 0.001))
+    pinhole = Pinhole(side, side, 90.0)
+    axis = np.argmax(np.abs(rays), axis=-1)
+    sign = np.sign(np.take_along_axis(rays, axis[..., None], axis=-1)[..., 0])
+    faces = []
+    for (face_axis, face_sign), columns in _CUBE.items():
+        pixels = np.argwhere((axis == face_axis) & (sign == face_sign))
+        if len(pixels):
+            R = np.array(columns, dtype=np.float64)
+            coordinates, _ = pinhole.project(rays[pixels[:, 0], pixels[:, 1]] @ R)
+            faces.append(Face(pinhole, R, pixels, coordinates.astype(np.float32)))
+    return faces
+
+
+class RasteriseEngine:
+    """Draws each face with pyrender, then intersects each pixel's ray with the triangle drawn there."""
+
+    name = "rasterise"
+
+    def __init__(self, mesh: SceneMesh, camera: Camera) -> None:
+        pyrender = import_pyrender()
+        self._mesh, self._camera, self._faces = mesh, camera, faces_of(camera)
+        shape = self._faces[0].pinhole
+        self._target = FloatTarget(shape.width, shape.height)
+        fov_y = 2 * np.arctan(shape.height / 2 / shape.focal)
+        self._scene = pyrender.Scene(bg_color=[0.0, 0.0, 0.0, 0.0])
+        primitive = pyrender.Primitive(positions=mesh.vertices, indices=mesh.triangles)
+        self._scene.add(pyrender.Mesh([primitive]))
+        eye = pyrender.PerspectiveCamera(yfov=fov_y, znear=NEAR_M, zfar=FAR_M)
+        self._eye = self._scene.add(eye, pose=np.eye(4))
+
+    def visible(self, view: View) -> tuple[I32, F32]:
+        """See `Engine.visible`."""
+        triangle = np.full(view.directions.shape[:2], NOTHING, dtype=np.int32)
+        distance = np.full(view.directions.shape[:2], np.inf, dtype=np.float32)
+        for face in self._faces:
+            drawn = self._draw(view, face)
+            rows, columns = face.pixels[:, 0], face.pixels[:, 1]
+            triangle[rows, columns], distance[rows, columns] = _resolve(
+                drawn,
+                face.coordinates,
+                view.origin,
+                view.directions[rows, columns],
+                self._mesh.vertices,
+                self._mesh.triangles,
+            )
+        return triangle, distance
+
+    def _draw(self, view: View, face: Face) -> F32:
+        pose = view.T_world_camera.copy()
+        pose[:3, :3] = pose[:3, :3] @ face.R_camera_face @ np.diag([1.0, -1.0, -1.0])  # to OpenGL's camera axes
+        self._scene.set_pose(self._eye, pose)
+        return np.ascontiguousarray(self._target.draw(self._scene))
+
+    def close(self) -> None:
+        """Free the OSMesa context."""
+        self._target.close()
+
+
+@njit(cache=True)
+def _resolve(
+    drawn: F32, coordinates: F32, origin: F32, directions: F32, vertices: F32, triangles: I32
+) -> tuple[I32, F32]:
+    """The triangle under each ray among those drawn at the four nearest face pixels.
+
+    A face pixel's centre is not the ray's, so near an edge the nearest pixel may show the neighbour. The
+    ray decides: of the candidates it pierces, the nearest wins. If it pierces none (a silhouette thinner
+    than a pixel) the nearest pixel's own triangle and distance stand.
+    """
+    height, width = drawn.shape[:2]
+    n = len(coordinates)
+    triangle, distance = np.full(n, -1, dtype=np.int32), np.full(n, np.inf, dtype=np.float32)
+    for i in range(n):
+        u, v = coordinates[i, 0], coordinates[i, 1]
+        nearest_row = min(max(int(np.round(v)), 0), height - 1)
+        nearest_column = min(max(int(np.round(u)), 0), width - 1)
+        sky = False
+        for k in range(4):
+            row = min(max(int(np.floor(v)) + k // 2, 0), height - 1)
+            column = min(max(int(np.floor(u)) + k % 2, 0), width - 1)
+            candidate = int(drawn[row, column, 0] + 0.5) - 1
+            if candidate < 0:
+                sky = True
+                continue
+            t = _pierce(origin, directions[i], vertices, triangles[candidate])
+            if t < distance[i]:
+                triangle[i], distance[i] = candidate, t
+        if triangle[i] < 0 and not sky:
+            triangle[i] = int(drawn[nearest_row, nearest_column, 0] + 0.5) - 1
+            distance[i] = drawn[nearest_row, nearest_column, 1]
+    return triangle, distance
+
+
+@njit(cache=True)
+def _pierce(origin: F32, direction: F32, vertices: F32, corners: I32) -> float:
+    """Distance along the ray to a triangle (Möller & Trumbore 1997), inf if it passes by."""
+    slack = 1e-4
+    ax, ay, az = vertices[corners[0], 0], vertices[corners[0], 1], vertices[corners[0], 2]
+    bx, by, bz = vertices[corners[1], 0] - ax, vertices[corners[1], 1] - ay, vertices[corners[1], 2] - az
+    cx, cy, cz = vertices[corners[2], 0] - ax, vertices[corners[2], 1] - ay, vertices[corners[2], 2] - az
+    dx, dy, dz = float(direction[0]), float(direction[1]), float(direction[2])
+    px, py, pz = dy * cz - dz * cy, dz * cx - dx * cz, dx * cy - dy * cx
+    determinant = bx * px + by * py + bz * pz
+    if abs(determinant) < 1e-12:
+        return np.inf
+    sx, sy, sz = origin[0] - ax, origin[1] - ay, origin[2] - az
+    b = (sx * px + sy * py + sz * pz) / determinant
+    qx, qy, qz = sy * bz - sz * by, sz * bx - sx * bz, sx * by - sy * bx
+    c = (dx * qx + dy * qy + dz * qz) / determinant
+    t = (cx * qx + cy * qy + cz * qz) / determinant
+    if b < -slack or c < -slack or b + c > 1 + slack or t <= 0:
+        return np.inf
+    return t
