@@ -1,0 +1,61 @@
+"""The sRGB transfer function of 8-bit pictures (IEC 61966-2-1), exact in both directions.
+
+Eq. 3-5 adds light, so it holds for linear values only; pictures are recorded encoded.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_CODES = np.arange(256)
+# No bin may hold two code boundaries: the narrowest code is 1/(255 · 12.92) = 1/3295 wide in linear light
+_BINS = 4096
+
+
+def _to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+DECODED = _to_linear(_CODES / 255.0).astype(np.float32)
+"""(256,) float32: the linear value of each code, 0…1."""
+
+# Code k is the nearest to linear values between boundary k and boundary k + 1
+BOUNDARIES = np.concatenate([[-np.inf], _to_linear((_CODES[1:] - 0.5) / 255.0), [np.inf]])
+CODE_AT_BIN = (np.searchsorted(BOUNDARIES, np.arange(_BINS + 1) / _BINS, side="right") - 1).astype(np.uint8)
+
+
+def decode(encoded: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Linear light 0…1, float32, of sRGB codes; any shape."""
+    return DECODED[encoded]
+
+
+def encode(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """The nearest sRGB code of linear light; any shape, values outside 0…1 are clipped, NaN gives 0."""
+    flat = np.ascontiguousarray(linear, dtype=np.float32).reshape(-1)
+    return _encode(flat, CODE_AT_BIN, BOUNDARIES).reshape(linear.shape)
+
+
+@njit("uint8(float32, uint8[::1], float64[::1])", cache=True)
+def encode_value(linear, code_at_bin, boundaries):  # type: ignore[no-untyped-def]
+    """One value of ``encode``: a table lookup finds the code or the one below it; one comparison decides.
+
+    After a change here, delete the caches of the kernels that call it: numba compares their own files only.
+    """
+    if not linear > 0.0:
+        return np.uint8(0)
+    if linear >= 1.0:
+        return np.uint8(255)
+    code = code_at_bin[int(linear * (code_at_bin.size - 1))]
+    return np.uint8(code + (linear >= boundaries[code + 1]))
+
+
+@njit("uint8[::1](float32[::1], uint8[::1], float64[::1])", cache=True)
+def _encode(linear, code_at_bin, boundaries):  # type: ignore[no-untyped-def]
+    codes = np.empty(linear.size, dtype=np.uint8)
+    for i in range(linear.size):
+        codes[i] = encode_value(linear[i], code_at_bin, boundaries)
+    return codes

@@ -1,0 +1,50 @@
+"""The valley-emphasis threshold, eq. 3-3 (Ng 2006, "Automatic thresholding for defect detection")."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEVELS = 256
+NO_THRESHOLD = LEVELS - 1  # nothing lies above it
+
+
+def grey_histogram(grey: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """How often each grey level occurs: (256,) int64 from an array of uint8."""
+    return np.bincount(grey.ravel(), minlength=LEVELS).astype(np.int64, copy=False)
+
+
+def valley_emphasis(histogram: NDArray[np.int64]) -> int:
+    """The threshold that separates two classes best and lies in a valley of the histogram.
+
+    t* = argmax_t (1 − p(t)) · (ω1(t) μ1(t)² + ω2(t) μ2(t)²), where class 1 holds the levels up to and including
+    t, class 2 those above it, so that ``level > t*`` (eq. 3-4) picks class 2. Of equal maxima the smallest t is
+    taken.
+
+    The equation has no meaning where a class is empty (its mean is 0/0), so such t are no candidates. Without
+    any candidate (a constant picture, an empty histogram) nothing is separated: the answer is 255, above which
+    no level lies.
+
+    Parameters
+    ----------
+    histogram : (256,) int64
+        Counts of the grey levels 0…255.
+
+    Returns
+    -------
+    int
+        t*, 0…255.
+    """
+    counts = histogram.astype(np.float64)
+    below = np.cumsum(counts)
+    above = below[-1] - below
+    separates = (below > 0) & (above > 0)
+    if not separates.any():
+        return NO_THRESHOLD
+    # sums of grey levels are integers below 2⁵³, hence exact: equal criteria compare as equal
+    sum_below = np.cumsum(counts * np.arange(LEVELS))
+    sum_above = sum_below[-1] - sum_below
+    # ω μ² = (n/N) (s/n)² = s² / (n N)
+    spread = (sum_below**2 / np.maximum(below, 1) + sum_above**2 / np.maximum(above, 1)) / below[-1]
+    criterion = (1.0 - counts / below[-1]) * spread
+    return int(np.argmax(np.where(separates, criterion, -1.0)))
