@@ -1,0 +1,204 @@
+"""Restoration: how close does a repaired picture come to the picture as it would be without the light's specular part?
+
+Sources
+-------
+PSNR = 10 log10(R² / MSE), R the data range. SSIM: Wang, Bovik, Sheikh & Simoncelli 2004, "Image quality assessment:
+from error visibility to structural similarity", eq. 13, with its Gaussian window (11 × 11, σ = 1.5) and K1 = 0.01, K2 = 0.03.
+
+Conventions
+-----------
+- Pictures are compared as recorded: sRGB codes, not linear light. The target is the diffuse picture.
+- MSE is over all three channels. ``psnr_in_mask_db`` is over the pixels of the **true** mask, the same for each filter, and
+  NaN where that mask is empty. Over the whole frame the untouched pixels drown the difference between filters.
+- The PSNR of a perfect picture is +inf by definition, and is stored as such: no cap. Dropping it would punish the
+  best pictures and one of them makes the plain mean infinite, so average with ``mean_psnr_db``: back to MSE,
+  mean, to decibels again. That is the PSNR of all pictures seen as one; NaN is left out.
+- SSIM is the mean over the three channels and over the windows that lie wholly inside the picture; scikit-image's
+  ``structural_similarity(gaussian_weights=True, sigma=1.5, use_sample_covariance=False, channel_axis=-1)`` to 1e-6.
+- ``data_range`` is what black and white are apart (255 for 8 bits); it is never guessed from the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bench.errors import BenchError
+
+RADIUS = 5  # of the 11 × 11 window, pixels
+WINDOW = 2 * RADIUS + 1
+SIGMA = 1.5  # pixels
+K1, K2 = 0.01, 0.03
+
+# Variance and covariance do not depend on the origin; near zero, float32 loses less in E[x²] − E[x]²
+_CENTRE = 128.0
+
+
+@dataclass(frozen=True)
+class RestorationScores:
+    """Scores of one repaired picture.
+
+    Attributes
+    ----------
+    psnr_db : float
+        Over the whole frame, dB; inf for a perfect picture.
+    ssim : float
+        −1…1.
+    psnr_in_mask_db : float
+        Over the true mask, dB; NaN where that is empty.
+    """
+
+    psnr_db: float
+    ssim: float
+    psnr_in_mask_db: float
+
+
+class Target:
+    """A restoration target with its local moments, for scoring several filters against one picture.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        The picture to reach; not changed and not copied.
+
+    Raises
+    ------
+    BenchError
+        When ``picture`` is no 8-bit picture of at least 11 × 11 pixels.
+    """
+
+    def __init__(self, picture: NDArray[np.uint8]) -> None:
+        _check_picture("target", picture)
+        self.picture = picture
+        self.centred = _centred(picture)
+        self.mean = _windowed(self.centred)
+        self.variance = _windowed(self.centred * self.centred) - self.mean * self.mean
+
+
+def validate(picture: NDArray[np.uint8], target: Target, mask: NDArray[np.bool_], data_range: float) -> None:
+    """Refuse what is not a picture, its target and a mask of one frame.
+
+    Raises
+    ------
+    BenchError
+        On another type, on shapes that differ, on a data range that is not positive.
+    """
+    _check_picture("repaired", picture)
+    if picture.shape != target.picture.shape:
+        raise BenchError(
+            f"restoration metrics: the repaired picture is {picture.shape}, its target {target.picture.shape}"
+        )
+    if mask.dtype != np.bool_ or mask.shape != picture.shape[:2]:
+        raise BenchError(
+            f"restoration metrics: the mask is {mask.dtype} {mask.shape}; give bool {picture.shape[:2]}"
+        )
+    if not (math.isfinite(data_range) and data_range > 0):
+        raise BenchError(f"restoration metrics: data_range {data_range} must be positive, 255 for 8 bits")
+
+
+def psnr_db(mse: float, data_range: float = 255.0) -> float:
+    """10 log10(R² / MSE); inf for an MSE of 0, NaN for NaN."""
+    if mse == 0.0:
+        return math.inf
+    return 10.0 * math.log10(data_range**2 / mse)
+
+
+def mean_psnr_db(values: ArrayLike) -> float:
+    """The PSNR of several pictures seen as one: the mean of their MSE in decibels.
+
+    Parameters
+    ----------
+    values : floats
+        PSNR of each picture, dB; inf counts as MSE 0, NaN is left out.
+
+    Returns
+    -------
+    float
+        dB; NaN when no value is left.
+    """
+    decibels = np.asarray(values, dtype=np.float64)
+    decibels = decibels[~np.isnan(decibels)]
+    if decibels.size == 0:
+        return math.nan
+    return psnr_db(float(np.mean(10.0 ** (-decibels / 10.0))), data_range=1.0)
+
+
+def ssim(picture: NDArray[np.uint8], target: Target, data_range: float = 255.0) -> float:
+    """Mean structural similarity, Wang et al. 2004, eq. 13."""
+    centred = _centred(picture)
+    mean = _windowed(centred)
+    variance = _windowed(centred * centred) - mean * mean
+    covariance = _windowed(centred * target.centred) - mean * target.mean
+    # only the comparison of means needs the true origin
+    mean_x, mean_y = mean + np.float32(_CENTRE), target.mean + np.float32(_CENTRE)
+    c1, c2 = np.float32((K1 * data_range) ** 2), np.float32((K2 * data_range) ** 2)
+    luminance = (2 * mean_x * mean_y + c1) / (mean_x * mean_x + mean_y * mean_y + c1)
+    structure = (2 * covariance + c2) / (variance + target.variance + c2)
+    return float(np.mean(luminance * structure, dtype=np.float64))
+
+
+def evaluate(
+    picture: NDArray[np.uint8],
+    target: NDArray[np.uint8] | Target,
+    mask: NDArray[np.bool_],
+    data_range: float = 255.0,
+) -> RestorationScores:
+    """Score one repaired picture.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        The repaired picture.
+    target : (H, W, 3) uint8 or Target
+        The picture to reach. Give a ``Target`` when several filters are scored against it.
+    mask : (H, W) bool
+        The true mask.
+    data_range : float
+        Largest minus smallest possible value.
+
+    Raises
+    ------
+    BenchError
+        When the three do not fit together; see ``validate``.
+    """
+    goal = target if isinstance(target, Target) else Target(target)
+    validate(picture, goal, mask, data_range)
+    squared = _squared_error(picture, goal.picture)
+    affected = int(np.count_nonzero(mask))
+    in_mask = float(squared[mask].sum()) / (3 * affected) if affected else math.nan
+    return RestorationScores(
+        psnr_db=psnr_db(float(squared.sum()) / picture.size, data_range),
+        ssim=ssim(picture, goal, data_range),
+        psnr_in_mask_db=psnr_db(in_mask, data_range),
+    )
+
+
+def _squared_error(picture: NDArray[np.uint8], target: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """(H, W) int64: the squared differences of a pixel, summed over its channels; exact."""
+    difference = cv2.absdiff(picture, target).astype(np.int32)
+    return np.einsum("ijk,ijk->ij", difference, difference).astype(np.int64)
+
+
+def _centred(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return picture.astype(np.float32) - np.float32(_CENTRE)
+
+
+def _windowed(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Gaussian mean in the windows wholly inside the picture: (H − 10, W − 10, 3)."""
+    blurred = cv2.GaussianBlur(values, (WINDOW, WINDOW), SIGMA)
+    return np.asarray(blurred[RADIUS:-RADIUS, RADIUS:-RADIUS], dtype=np.float32)
+
+
+def _check_picture(role: str, picture: NDArray[np.uint8]) -> None:
+    if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
+        raise BenchError(
+            f"restoration metrics: the {role} picture is {picture.dtype} {picture.shape}; give (H, W, 3) uint8"
+        )
+    if min(picture.shape[:2]) < WINDOW:
+        raise BenchError(
+            f"restoration metrics: the {role} picture is {picture.shape[:2]}; SSIM needs {WINDOW} × {WINDOW} or more"
+        )
