@@ -1,0 +1,230 @@
+"""Landmark detection: painted discs on the floor, found in one picture and located on the floor plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vslam.camera import Calibration
+from vslam.detect_fit import fit_disc, spread_samples
+from vslam.detect_seeds import Seed, find_seeds, ring_tables
+from vslam.errors import VslamError
+from vslam.frame import Observations
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """What a landmark looks like and when a fit is believed.
+
+    Attributes
+    ----------
+    min_radius_m, max_radius_m : float
+        Of the painted discs.
+    max_range_m, half_angle_deg : float
+        Table 4-1's sensor: 12 m, ±75°. The picture's resolution ends earlier, where a disc is thinner than a pixel.
+    min_contrast : float
+        Paint and floor differ by at least this share of the brighter of the two, linear light. Below it a disc is
+        not told from shading; paints of the standard contrast 0.3 or more keep it under half their weight of glare.
+    blur_px : float
+        Standard deviation of the lens's point spread, pixels; 0.35 is a lens matched to its pixels.
+    max_misfit : float
+        Root mean square residual of the fit over its contrast: a disc's own is noise (contrast ≥ 5 σ → 0.2).
+    min_evenness : float
+        The weakest eighth of the rim has at least this share of the disc's contrast: a disc has a rim all around.
+    max_sigma_m : float
+        A centre less certain than half the smallest disc is no landmark.
+    """
+
+    min_radius_m: float = 0.10
+    max_radius_m: float = 0.20
+    max_range_m: float = 12.0
+    half_angle_deg: float = 75.0
+    min_contrast: float = 0.15
+    blur_px: float = 0.35
+    max_misfit: float = 0.15
+    min_evenness: float = 0.5
+    max_sigma_m: float = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Discs:
+    """All fits that were believed, nearest first.
+
+    Attributes
+    ----------
+    points : (n, 2) float64
+        Centre on the floor in the robot's frame, metres.
+    covariances : (n, 2, 2) float64
+        Of the centre, m².
+    radii : (n,) float64
+        Metres.
+    contrasts : (n,) float64
+        Paint minus floor in linear light, full scale 1: positive = white.
+    misfits : (n,) float64
+        Root mean square residual over contrast.
+    """
+
+    points: FloatArray
+    covariances: FloatArray
+    radii: FloatArray
+    contrasts: FloatArray
+    misfits: FloatArray
+
+
+class DiscDetector:
+    """White and black discs on a floor, by a ring test and a fit of the disc's image.
+
+    Every pixel asks whether a small ring on the floor around it is brighter (or darker) throughout than a larger one
+    (`detect_seeds`). Each answer is refined by fitting the picture that a disc of free centre, radius and contrast on
+    an evenly shaded floor would give, integrated over the pixels (`detect_fit`). So near discs of 20 pixels and far
+    ones of 2 × 6 take the same way, and the covariance is the fit's own.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    settings : DetectorSettings, optional
+    """
+
+    def __init__(self, calibration: Calibration, settings: DetectorSettings | None = None) -> None:
+        self.calibration = calibration
+        self.settings = settings or DetectorSettings()
+        floor, jacobian = calibration.floor_points(calibration.pixel_grid())
+        shape = (calibration.height, calibration.width)
+        self._floor = floor.reshape(*shape, 2)
+        self._jacobian = jacobian.reshape(*shape, 2, 2)
+        self._offsets, self._soft = spread_samples(self.settings.blur_px)
+        self._tables = ring_tables(
+            calibration,
+            self.settings.min_radius_m,
+            self.settings.max_radius_m,
+            self.settings.max_range_m,
+            self.settings.half_angle_deg,
+        )
+
+    def __call__(self, image: NDArray[np.uint8]) -> Observations:
+        """Landmarks of one picture.
+
+        Parameters
+        ----------
+        image : (H, W, 3) uint8
+            sRGB-encoded RGB; not changed.
+
+        Returns
+        -------
+        Observations
+            Robot frame, metres, nearest first; every id is −1.
+
+        Raises
+        ------
+        VslamError
+            When the picture is not uint8 RGB of the calibration's size.
+        """
+        discs = self.discs(image)
+        return Observations(discs.points, discs.covariances, np.full(len(discs.points), -1, dtype=np.int64))
+
+    def discs(self, image: NDArray[np.uint8]) -> Discs:
+        """Landmarks with the rest of what the fit says about them; see `__call__`."""
+        expected = (self.calibration.height, self.calibration.width, 3)
+        if image.shape != expected or image.dtype != np.uint8:
+            raise VslamError(
+                f"detector: needs a uint8 picture of {expected}, not {image.dtype} {image.shape}"
+            )
+        encoded = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        linear = linear_luminance(image)
+        seeds = find_seeds(encoded, self._tables, self._floor, 0.5 * self._encoded_contrast)
+        fits = [self._fit(linear, seed) for seed in seeds]
+        return _distinct([f for f in fits if f is not None], self.settings.min_radius_m)
+
+    @cached_property
+    def _encoded_contrast(self) -> float:
+        """The least contrast as a share of an encoded level (sRGB's exponent is 2.4)."""
+        return 1.0 - (1.0 - self.settings.min_contrast) ** (1.0 / 2.4)
+
+    def _fit(self, linear: NDArray[np.float32], seed: Seed) -> _Fit | None:
+        """The disc at a seed, or None where it is not believed."""
+        row, col = divmod(seed.pixel, self.calibration.width)
+        ok, q, cov, rms, evenness = fit_disc(
+            linear, self._floor, self._jacobian, row, col, seed.ring_m, self._offsets, self._soft
+        )
+        if not ok or (q[3] > 0.0) != seed.white:
+            return None
+        moved = np.hypot(*(q[:2] - self._floor[row, col]))
+        brighter = max(q[4], q[4] + q[3])
+        misfit = rms / abs(q[3])
+        sigma = np.sqrt(np.linalg.eigvalsh(cov[:2, :2])[1])
+        s = self.settings
+        slack = 0.1 * q[2] + 2.0 * np.sqrt(cov[2, 2])
+        believed = (
+            moved <= seed.ring_m
+            and s.min_radius_m - slack <= q[2] <= s.max_radius_m + slack
+            and abs(q[3]) >= s.min_contrast * brighter
+            and misfit <= s.max_misfit
+            and evenness >= s.min_evenness
+            and sigma <= s.max_sigma_m
+            and np.hypot(q[0], q[1]) <= s.max_range_m
+        )
+        return _Fit(q[:2], cov[:2, :2], q[2], q[3], misfit) if believed else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    point: FloatArray
+    covariance: FloatArray
+    radius: float
+    contrast: float
+    misfit: float
+
+
+def _distinct(fits: list[_Fit], min_radius_m: float) -> Discs:
+    """The best of the fits that share a disc (two discs lie two radii apart at least), nearest first."""
+    kept: list[_Fit] = []
+    for fit in sorted(fits, key=lambda f: f.misfit):
+        if all(np.hypot(*(fit.point - other.point)) >= 2.0 * min_radius_m for other in kept):
+            kept.append(fit)
+    kept.sort(key=lambda f: float(np.hypot(*f.point)))
+    return Discs(
+        np.array([f.point for f in kept]).reshape(-1, 2),
+        np.array([f.covariance for f in kept]).reshape(-1, 2, 2),
+        np.array([f.radius for f in kept]),
+        np.array([f.contrast for f in kept]),
+        np.array([f.misfit for f in kept]),
+    )
+
+
+def linear_luminance(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Relative luminance (Rec. 709 weights) of an sRGB-encoded picture.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+
+    Returns
+    -------
+    (H, W) float32
+        0…1.
+    """
+    return _weigh(np.ascontiguousarray(image), _RED, _GREEN, _BLUE)
+
+
+def _decoded() -> FloatArray:
+    level = np.arange(256) / 255.0
+    return np.where(level <= 0.04045, level / 12.92, ((level + 0.055) / 1.055) ** 2.4)
+
+
+_RED, _GREEN, _BLUE = ((w * _decoded()).astype(np.float32) for w in (0.2126, 0.7152, 0.0722))
+
+
+@njit(cache=True)
+def _weigh(image, red, green, blue):  # type: ignore[no-untyped-def]
+    out = np.empty(image.shape[:2], dtype=np.float32)
+    for v in range(image.shape[0]):
+        for u in range(image.shape[1]):
+            out[v, u] = red[image[v, u, 0]] + green[image[v, u, 1]] + blue[image[v, u, 2]]
+    return out

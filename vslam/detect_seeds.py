@@ -1,0 +1,196 @@
+"""Where a disc may be: pixels whose small ring on the floor is all brighter, or all darker, than their large ring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vslam.camera import Calibration
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+_INNER, _OUTER = 4, 12  # samples on the rings
+# Least step between the rings, grey levels. That all 5 inner samples exceed all 12 outer ones happens in pure noise
+# with probability 1/6188, so two levels on top of it are enough.
+LEAST_STEP = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class RingTable:
+    """The rings of one disc size around every pixel that can be the centre of such a disc.
+
+    Attributes
+    ----------
+    radius_m : float
+        Of the larger ring on the floor, metres.
+    centres : (n,) int32
+        Flat pixel numbers.
+    rings : (n, 17) int32
+        Flat pixel numbers: the centre, 4 inner samples, 12 outer samples (opposite ones first).
+    """
+
+    radius_m: float
+    centres: IntArray
+    rings: IntArray
+
+
+def ring_tables(
+    calibration: Calibration,
+    min_radius_m: float,
+    max_radius_m: float,
+    max_range_m: float,
+    half_angle_deg: float,
+) -> tuple[RingTable, ...]:
+    """Tables for small and for large discs, whose sizes meet at the geometric mean.
+
+    A ring table covers the pixels within range and bearing where the smallest of its discs is a pixel thick and
+    whose rings lie inside the picture.
+    """
+    middle = float(np.sqrt(min_radius_m * max_radius_m))
+    spans = ((min_radius_m, middle), (middle, max_radius_m))
+    return tuple(_ring_table(calibration, low, high, max_range_m, half_angle_deg) for low, high in spans)
+
+
+def _ring_table(
+    calibration: Calibration, smallest: float, largest: float, max_range_m: float, half_angle_deg: float
+) -> RingTable:
+    pixels = calibration.pixel_grid()
+    floor, jacobian = calibration.floor_points(pixels)
+    with np.errstate(invalid="ignore"):
+        metres_per_pixel = np.linalg.norm(np.nan_to_num(jacobian, nan=1e9), ord=2, axis=(1, 2))
+        within = (np.hypot(*floor.T) <= max_range_m) & (
+            np.abs(np.arctan2(floor[:, 1], floor[:, 0])) <= np.radians(half_angle_deg)
+        )
+    centres = np.flatnonzero(within & (metres_per_pixel <= 2.0 * smallest))
+    # Inner ring: well inside the smallest disc. Outer: clear of the largest by a tenth and a pixel's blur.
+    inner = _ring(calibration, pixels[centres], floor[centres], 0.5 * smallest, _INNER, stretch_px=0.0)
+    outer = _ring(calibration, pixels[centres], floor[centres], 1.1 * largest, _OUTER, stretch_px=1.0)
+    opposite_first = np.argsort(np.arange(_OUTER) % (_OUTER // 4), kind="stable")
+    rings = np.concatenate([pixels[centres][:, None].round(), inner, outer[:, opposite_first]], axis=1)
+    columns, rows = rings[..., 0], rings[..., 1]
+    inside = (columns >= 0) & (columns < calibration.width) & (rows >= 0) & (rows < calibration.height)
+    keep = inside.all(axis=1)
+    flat = rows[keep] * calibration.width + columns[keep]
+    return RingTable(
+        1.1 * largest, centres[keep].astype(np.int32), np.ascontiguousarray(flat, dtype=np.int32)
+    )
+
+
+def _ring(
+    calibration: Calibration,
+    pixels: FloatArray,
+    floor: FloatArray,
+    radius: float,
+    count: int,
+    stretch_px: float,
+) -> FloatArray:
+    """(n, count, 2): nearest pixels to a circle on the floor, pushed outwards in the picture; −1 outside it."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    circle = floor[:, None] + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    robot = np.concatenate([circle, np.zeros((*circle.shape[:2], 1))], axis=2).reshape(-1, 3)
+    T = calibration.T_robot_camera
+    ring, _ = calibration.project((robot - T[:3, 3]) @ T[:3, :3])
+    offset = ring.reshape(*circle.shape) - pixels[:, None]
+    length = np.linalg.norm(offset, axis=2, keepdims=True)
+    offset = offset * (1.0 + stretch_px / np.maximum(length, 1e-9))
+    return np.nan_to_num(np.round(pixels[:, None] + offset), nan=-1.0)
+
+
+@njit(cache=True)
+def _answers(grey, centres, rings, least, share, found, strength):  # type: ignore[no-untyped-def]
+    """Pixels that pass the ring test: number of them; their pixel and signed contrast are written to the arrays."""
+    n = 0
+    for i in range(len(centres)):
+        centre = grey[centres[i]]
+        margin = max(least, share * centre)
+        first = grey[rings[i, 1 + 4]]
+        if centre > first + margin:
+            sign = 1.0
+        elif centre < first - margin:
+            sign = -1.0
+        else:
+            continue
+        low = sign * centre
+        for k in range(1, 5):
+            low = min(low, sign * grey[rings[i, k]])
+        high = sign * first
+        for k in range(6, rings.shape[1]):
+            high = max(high, sign * grey[rings[i, k]])
+            if low < high + margin:
+                break
+        if low >= high + margin:
+            found[n] = centres[i]
+            strength[n] = sign * (low - high)
+            n += 1
+    return n
+
+
+@dataclass(frozen=True, eq=False)
+class Seed:
+    """A pixel near a possible disc centre.
+
+    Attributes
+    ----------
+    pixel : int
+        Flat pixel number.
+    white : bool
+        Brighter than its surroundings.
+    ring_m : float
+        Radius of the larger ring, metres: an upper bound of the disc's.
+    """
+
+    pixel: int
+    white: bool
+    ring_m: float
+
+
+def find_seeds(
+    grey: NDArray[np.uint8], tables: tuple[RingTable, ...], floor: FloatArray, share: float
+) -> list[Seed]:
+    """The strongest answers to the ring test, no two of one polarity and size closer than a small disc's radius.
+
+    Parameters
+    ----------
+    grey : (H, W) uint8
+        sRGB-encoded, where shot noise and quantisation are nearly even.
+    tables : tuple of RingTable
+    floor : (H, W, 2) float64
+        Floor point of each pixel, metres.
+    share : float
+        Least contrast as a share of the centre's level.
+    """
+    flat = np.ascontiguousarray(grey).ravel().astype(np.float32)
+    places = floor.reshape(-1, 2)
+    seeds = []
+    for table in tables:
+        found = np.empty(len(table.centres), dtype=np.int64)
+        strength = np.empty(len(table.centres))
+        n = _answers(flat, table.centres, table.rings, LEAST_STEP, share, found, strength)
+        strongest = np.argsort(-np.abs(strength[:n]), kind="stable")
+        for k in _apart(places, found[:n][strongest], 0.5 * table.radius_m):
+            chosen = strongest[k]
+            seeds.append(Seed(int(found[chosen]), bool(strength[chosen] > 0.0), table.radius_m))
+    return seeds
+
+
+@njit(cache=True)
+def _apart(places, pixels, distance):  # type: ignore[no-untyped-def]
+    """Positions in the list that keep a distance on the floor from every earlier one kept."""
+    kept = np.empty(len(pixels), dtype=np.int64)
+    n = 0
+    for i in range(len(pixels)):
+        x, y = places[pixels[i], 0], places[pixels[i], 1]
+        alone = True
+        for k in range(n):
+            other = pixels[kept[k]]
+            if np.hypot(places[other, 0] - x, places[other, 1] - y) < distance:
+                alone = False
+                break
+        if alone:
+            kept[n] = i
+            n += 1
+    return kept[:n]
