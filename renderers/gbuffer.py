@@ -14,6 +14,7 @@ from renderers.mesh import NOTHING, SceneMesh
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,9 @@ def _barycentric(mesh: SceneMesh, triangle: I32, position: F32) -> F32:
     """Weights of the second and third vertex (Ericson 2005, Real-Time Collision Detection, 3.4)."""
     corner = mesh.vertices[mesh.triangles]
     edge_b, edge_c = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    bb, bc, cc = (np.einsum("mk,mk->m", p, q) for p, q in ((edge_b, edge_b), (edge_b, edge_c), (edge_c, edge_c)))
+    bb, bc, cc = (
+        np.einsum("mk,mk->m", p, q) for p, q in ((edge_b, edge_b), (edge_b, edge_c), (edge_c, edge_c))
+    )
     inverse = 1.0 / np.maximum(bb * cc - bc * bc, 1e-30)
     dual_b = (cc[:, None] * edge_b - bc[:, None] * edge_c) * inverse[:, None]
     dual_c = (bb[:, None] * edge_c - bc[:, None] * edge_b) * inverse[:, None]

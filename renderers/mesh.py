@@ -101,8 +101,12 @@ class RayCaster:
         far: float = np.inf,
     ) -> NDArray[np.bool_]:
         """Whether anything stands on each ray before ``far`` (in units of the direction's length)."""
-        rays = self._tensor(_rays(origins, directions))
-        hit = self._scene.test_occlusions(rays, tnear=0.0, tfar=float(far), nthreads=self._threads)
+        return self.any_hit(_rays(origins, directions), far)
+
+    def any_hit(self, rays: NDArray[np.float32], far: float = np.inf) -> NDArray[np.bool_]:
+        """`occluded` for rays given as (..., 6) float32: origin, direction."""
+        tensor = self._tensor(rays)
+        hit = self._scene.test_occlusions(tensor, tnear=0.0, tfar=float(far), nthreads=self._threads)
         return np.asarray(hit.numpy())
 
 

@@ -64,6 +64,14 @@ class FloatTarget:
         self._platform.make_current()
         return np.asarray(self._renderer.render(scene, self._flags))
 
+    @property
+    def version(self) -> str:
+        """The OpenGL version and driver of the context."""
+        from OpenGL import GL
+
+        self._platform.make_current()
+        return str(GL.glGetString(GL.GL_VERSION).decode())
+
     def close(self) -> None:
         """Free the GL objects and the context."""
         self._platform.make_current()

@@ -104,7 +104,9 @@ class RasteriseEngine:
 
     def _draw(self, view: View, face: Face) -> F32:
         pose = view.T_world_camera.copy()
-        pose[:3, :3] = pose[:3, :3] @ face.R_camera_face @ np.diag([1.0, -1.0, -1.0])  # to OpenGL's camera axes
+        pose[:3, :3] = (
+            pose[:3, :3] @ face.R_camera_face @ np.diag([1.0, -1.0, -1.0])
+        )  # to OpenGL's camera axes
         self._scene.set_pose(self._eye, pose)
         return np.ascontiguousarray(self._target.draw(self._scene))
 

@@ -11,7 +11,7 @@ from scenes.tour import drive, rounded_loop
 
 LENGTH_M, DEPTH_M, WIDTH_M, HEIGHT_M = 20.0, 14.0, 2.5, 2.6
 SILL_M, LINTEL_M, WINDOW_M, WINDOW_SPACING_M = 0.9, 2.3, 1.4, 2.4
-BULB_SPACING_M = 4.1
+BULB_SPACING_M, PENDANT_M = 4.1, 0.35
 LANDMARK_SPACING_M, LANDMARK_OFFSET_M = 1.5, 0.6
 
 FLOOR = Material((0.24, 0.20, 0.155), roughness=0.22)
@@ -85,7 +85,7 @@ def _shell() -> list[Surface]:
         rectangle((0, d, 0), (0, 0, h), (0, -d, 0)),
     ]
     roof = rectangle((-0.3, -0.3, h + 0.05), (w + 0.6, 0, 0), (0, d + 0.6, 0), max_edge_m=4.0)
-    ground = rectangle((-30, -60, -0.3), (80, 0, 0), (0, 60.0, 0), max_edge_m=4.0)
+    ground = rectangle((-240, -250, -0.3), (500, 0, 0), (0, 500, 0), max_edge_m=60.0)
     return [
         surface("floor", FLOOR, *floor),
         surface("ceiling", CEILING, *ceiling),
@@ -110,7 +110,9 @@ def _window_wall() -> list[tuple[np.ndarray, np.ndarray]]:
     panels += [(a, b, SILL_M, LINTEL_M) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     inside = [rectangle((a, 0, low), (0, 0, high - low), (b - a, 0, 0)) for a, b, low, high in panels]
     thickness = -0.12
-    outside = [rectangle((a, thickness, low), (b - a, 0, 0), (0, 0, high - low)) for a, b, low, high in panels]
+    outside = [
+        rectangle((a, thickness, low), (b - a, 0, 0), (0, 0, high - low)) for a, b, low, high in panels
+    ]
     reveals = []
     for left, right in zip(edges[1:-1:2], edges[2:-1:2], strict=True):
         up, across = LINTEL_M - SILL_M, right - left
@@ -151,7 +153,9 @@ def _cabinets(rng: np.random.Generator) -> list[Surface]:
 def _bulbs(way: np.ndarray) -> tuple[Bulb, ...]:
     count = round(_length(way) / BULB_SPACING_M)
     places = way[np.linspace(0, len(way), count, endpoint=False).astype(int)]
-    return tuple(Bulb((float(x), float(y), HEIGHT_M - 0.12), lumen=800.0, radius=0.06) for x, y in places)
+    return tuple(
+        Bulb((float(x), float(y), HEIGHT_M - PENDANT_M), lumen=800.0, radius=0.06) for x, y in places
+    )
 
 
 def _landmarks(rng: np.random.Generator, way: np.ndarray) -> tuple[Landmark, ...]:

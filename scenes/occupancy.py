@@ -99,5 +99,7 @@ def _reachable(
     regions, _ = ndimage.label(~blocked)
     column, row = np.floor((scene.tour.poses[0, :2] - origin) / resolution).astype(int)
     if regions[row, column] == 0:
-        raise SceneError(f"scene {scene.name!r}: the tour starts inside an obstacle at {scene.tour.poses[0, :2]}")
+        raise SceneError(
+            f"scene {scene.name!r}: the tour starts inside an obstacle at {scene.tour.poses[0, :2]}"
+        )
     return regions == regions[row, column]

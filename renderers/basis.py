@@ -1,0 +1,303 @@
+"""The light basis: each layer of light by itself at unit intensity, split into diffuse and specular.
+
+Light is additive, L = Σ_l w_l (D_l + S_l), so a view is rendered once and every illumination after that is a
+weighted sum. The split is exact: the two parts leave the BRDF apart and are never estimated from a picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers import paint
+from renderers.camera import Camera, Mount, T_world_robot
+from renderers.engine import make_engine
+from renderers.errors import RendererError
+from renderers.gbuffer import F32, I32, GBuffer, View, fill
+from renderers.irradiance import OFFSET_M
+from renderers.irradiance_cache import load_or_bake
+from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, UnitLight, unit_lights
+from renderers.mesh import NOTHING, RayCaster, SceneMesh, build_mesh
+from renderers.shade import shade_ambient, shade_light
+from scenes.model import Scene
+
+MIRROR_ROUGHNESS = 0.4
+"""Rougher surfaces show no image of their surroundings; their lobe is wider than 10°."""
+
+
+@dataclass(frozen=True, eq=False)
+class LightBasis:
+    """One view under each layer of light at unit intensity.
+
+    Attributes
+    ----------
+    layers : tuple of str
+        "sun" (per lux), "sky" (per lux), each bulb group (per lumen and bulb).
+    diffuse, specular : (L, H, W, 3) float32
+        Luminance per channel, cd/m² per unit; lamps and sky seen directly count as diffuse.
+    depth : (H, W) float32
+        z in the camera frame, metres; 0 where the sky is seen.
+    surface, landmark : (H, W) int32
+        Surface index and landmark id, −1 for none.
+    visible_share : (n,) float32
+        Of each landmark of the scene, in its order: the share of its area in view and unoccluded.
+    """
+
+    layers: tuple[str, ...]
+    diffuse: F32
+    specular: F32
+    depth: F32
+    surface: I32
+    landmark: I32
+    visible_share: F32
+
+
+class SceneRenderer:
+    """Renders light bases of one scene through one camera.
+
+    Parameters
+    ----------
+    engine : str
+        "rasterise" or "raycast": what finds the visible surfaces.
+    supersampling : int
+        Rays along each side of a pixel; the layers are averaged in linear light, ids and depth are those of
+        the pixel's centre.
+    threads : int
+        For the ray caster, 0 for all cores.
+    cache : Path, optional
+        Folder where baked light is kept between runs.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        camera: Camera,
+        mount: Mount,
+        engine: str = "raycast",
+        supersampling: int = 1,
+        threads: int = 0,
+        cache: Path | None = None,
+    ) -> None:
+        if supersampling < 1:
+            raise RendererError(f"supersampling {supersampling}: must be at least 1")
+        self.scene, self._camera, self._mount = scene, camera, mount
+        self._factor = supersampling
+        self._mesh = build_mesh(scene)
+        self._caster = RayCaster(self._mesh.vertices, self._mesh.triangles, threads)
+        self._lights = unit_lights(scene)
+        self._discs = paint.Discs.of(scene)
+        self._samples = paint.disc_samples(self._discs)
+        self._irradiance = load_or_bake(self._mesh, self._caster, list(self._lights.values()), cache)
+        self._engine = make_engine(engine, self._mesh, camera.enlarged(supersampling), self._caster)
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """Names of the light basis' layers, in order."""
+        return tuple(self._lights)
+
+    def render(self, pose: NDArray[np.float64]) -> LightBasis:
+        """Render what the robot sees at a pose (x, y, θ), metres and rad."""
+        T = T_world_robot(pose) @ self._mount.T_robot_camera
+        gbuffer = fill(self._mesh, View(self._camera.enlarged(self._factor), T), self._engine)
+        shading = _Shading(self._mesh, gbuffer, self._discs)
+        diffuse, specular = zip(
+            *(self._layer(shading, k, lights) for k, lights in enumerate(self._lights.values())), strict=True
+        )
+        centre = (self._factor - 1) // 2
+        pick = np.s_[centre :: self._factor, centre :: self._factor]
+        return LightBasis(
+            layers=self.layers,
+            diffuse=_average(np.stack(diffuse), self._factor),
+            specular=_average(np.stack(specular), self._factor),
+            depth=np.ascontiguousarray(gbuffer.depth[pick]),
+            surface=np.ascontiguousarray(gbuffer.surface[pick]),
+            landmark=np.ascontiguousarray(shading.landmark[pick]),
+            visible_share=self._visible_share(gbuffer),
+        )
+
+    def close(self) -> None:
+        """Give back what the engine holds outside of Python."""
+        self._engine.close()
+
+    def _layer(self, shading: _Shading, index: int, lights: list[UnitLight]) -> tuple[F32, F32]:
+        diffuse = np.zeros((len(shading.seen), 3), dtype=np.float32)
+        specular = np.zeros_like(diffuse)
+        for light in lights:
+            if isinstance(light, DirectLight):
+                to_light, lux = light.arriving(shading.points, shading.normal, self._caster)
+                shade_light(
+                    shading.normal, shading.to_eye, to_light, lux, *shading.material, diffuse, specular
+                )
+        ambient = shading.interpolate(self._irradiance.indirect[index])
+        mirrored = self._mirrored(shading, index, lights)
+        shade_ambient(shading.normal, shading.to_eye, ambient, mirrored, *shading.material, diffuse, specular)
+        shape = (*shading.gbuffer.surface.shape, 3)
+        pictures = np.zeros((2, *shape), dtype=np.float32).reshape(2, -1, 3)
+        pictures[0, shading.seen], pictures[1, shading.seen] = diffuse, specular
+        _add_emission(pictures[0], shading.gbuffer, self._mesh, lights)
+        return pictures[0].reshape(shape), pictures[1].reshape(shape)
+
+    def _mirrored(self, shading: _Shading, index: int, lights: list[UnitLight]) -> F32:
+        """Luminance along the mirrored view ray of glossy surfaces, (n, 3) cd/m² per unit.
+
+        Bulbs are left out: their image is the GGX highlight of `shade_light`.
+        """
+        reflection = shading.reflection(self._caster)
+        luminance = np.zeros((len(shading.seen), 3), dtype=np.float32)
+        sky = sum(light.luminance for light in lights if isinstance(light, SkyLight))
+        luminance[reflection.glossy[reflection.escaped]] = sky
+        hit = ~reflection.escaped
+        corners = self._mesh.triangles[reflection.triangle[hit]]
+        weights = reflection.weights[hit]
+        lux = np.einsum("nk,nkc->nc", weights, self._irradiance.total[index][corners])
+        albedo = self._mesh.materials.base_color[self._mesh.surface[reflection.triangle[hit]]]
+        luminance[reflection.glossy[hit]] = albedo * lux / np.pi
+        return luminance
+
+    def _visible_share(self, gbuffer: GBuffer) -> F32:
+        eye = gbuffer.view.origin
+        offset = (self._samples - eye) * np.float32(1 - 1e-3)
+        occluded = self._caster.occluded(eye, offset, far=1.0)
+        return paint.visible_share(gbuffer, self._discs, occluded, self._samples)
+
+
+@dataclass(frozen=True, eq=False)
+class _Reflection:
+    """Mirrored rays: which shaded pixels are glossy, what their rays hit."""
+
+    glossy: NDArray[np.int64]
+    escaped: NDArray[np.bool_]
+    triangle: I32
+    weights: F32
+
+
+class _Shading:
+    """The pixels that show a surface, as columns for the shading kernels.
+
+    Attributes
+    ----------
+    seen : (n,) int64
+        Their flat index in the picture.
+    normal, to_eye, points : (n, 3) float32
+    material : base colour (n, 3) as painted, roughness, metallic, specular (n,) float32
+    landmark : (H, W) int32
+    """
+
+    def __init__(self, mesh: SceneMesh, gbuffer: GBuffer, discs: paint.Discs) -> None:
+        self.gbuffer = gbuffer
+        self.seen = np.flatnonzero(gbuffer.triangle != NOTHING)
+        triangle = gbuffer.triangle.reshape(-1)[self.seen]
+        surface = mesh.surface[triangle]
+        self.normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
+        self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
+        self.points = gbuffer.position.reshape(-1, 3)[self.seen] + np.float32(OFFSET_M) * self.normal
+        bary = np.clip(gbuffer.barycentric.reshape(-1, 2)[self.seen], 0.0, 1.0)
+        self._weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
+        self._corners = mesh.triangles[triangle]
+        table = mesh.materials
+        base_color = np.zeros((*gbuffer.surface.shape, 3), dtype=np.float32)
+        base_color.reshape(-1, 3)[self.seen] = table.base_color[surface]
+        self.landmark = paint.paint(gbuffer, discs, base_color)
+        self.roughness = table.roughness[surface]
+        self.material = (
+            base_color.reshape(-1, 3)[self.seen],
+            self.roughness,
+            table.metallic[surface],
+            table.specular[surface],
+        )
+        self._reflection: _Reflection | None = None
+
+    def interpolate(self, at_vertices: F32) -> F32:
+        """(n, 3) values at the pixels from values at the mesh's vertices."""
+        return np.einsum("nk,nkc->nc", self._weights, at_vertices[self._corners])
+
+    def reflection(self, caster: RayCaster) -> _Reflection:
+        """Cast the mirrored view rays of glossy pixels (once)."""
+        if self._reflection is None:
+            glossy = np.flatnonzero(self.roughness <= MIRROR_ROUGHNESS)
+            normal, to_eye = self.normal[glossy], self.to_eye[glossy]
+            cosine = np.einsum("nk,nk->n", normal, to_eye)
+            mirrored = 2 * cosine[:, None] * normal - to_eye
+            triangle, _, bary = caster.nearest(self.points[glossy], mirrored)
+            escaped = triangle == NOTHING
+            weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
+            upwards = mirrored[:, 2] > HORIZON_Z
+            keep = ~escaped | upwards
+            self._reflection = _Reflection(glossy[keep], escaped[keep], triangle[keep], weights[keep])
+        return self._reflection
+
+
+def _add_emission(picture: F32, gbuffer: GBuffer, mesh: SceneMesh, lights: list[UnitLight]) -> None:
+    """What shines into the camera by itself: the layer's luminous spheres and its sky."""
+    triangle = gbuffer.triangle.reshape(-1)
+    bulb = np.where(triangle != NOTHING, mesh.bulb[triangle], NOTHING)
+    for light in lights:
+        if isinstance(light, SkyLight):
+            upwards = gbuffer.view.directions.reshape(-1, 3)[:, 2] > HORIZON_Z
+            picture[(triangle == NOTHING) & upwards] += light.luminance
+        elif isinstance(light, BulbLight):
+            picture[bulb == light.index] += light.luminance
+
+
+def _average(layers: F32, factor: int) -> F32:
+    """Box-average the (L, H·f, W·f, 3) samples of each pixel."""
+    if factor == 1:
+        return layers
+    n, height, width, _ = layers.shape
+    blocks = layers.reshape(n, height // factor, factor, width // factor, factor, 3)
+    return np.ascontiguousarray(blocks.mean(axis=(2, 4), dtype=np.float32))
+
+
+def relight(
+    basis: LightBasis, intensity: Mapping[str, float], colour: Mapping[str, NDArray[np.float64]]
+) -> tuple[F32, F32]:
+    """Weight a basis into the diffuse and specular luminance of one illumination.
+
+    Parameters
+    ----------
+    intensity : mapping of layer to float
+        Lux of sun and sky, lumen of each bulb of a group.
+    colour : mapping of layer to (3,) float64
+        Linear sRGB of the light, luminance-normalised (`renderers.illuminant.linear_srgb`).
+
+    Returns
+    -------
+    diffuse, specular : (H, W, 3) float32
+        Luminance per channel, cd/m².
+
+    Raises
+    ------
+    RendererError
+        If a layer has no intensity, or one that is negative or not finite.
+    """
+    weights = np.empty((len(basis.layers), 3), dtype=np.float32)
+    for k, layer in enumerate(basis.layers):
+        value = intensity.get(layer, np.nan)
+        if not (np.isfinite(value) and value >= 0):
+            raise RendererError(f"illumination: layer {layer!r} needs a finite intensity ≥ 0, not {value}")
+        weights[k] = value * colour[layer]
+    return _weighted(basis.diffuse, weights), _weighted(basis.specular, weights)
+
+
+def _weighted(layers: F32, weights: F32) -> F32:
+    return np.einsum("lhwc,lc->hwc", layers, weights)
+
+
+def mean_white(
+    basis: LightBasis, intensity: Mapping[str, float], colour: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """(3,) linear sRGB of the picture's light: the layers' colours, weighted by what each adds to the mean.
+
+    What an ideal automatic white balance would find.
+    """
+    share = np.array(
+        [intensity[layer] * float(basis.diffuse[k].mean()) for k, layer in enumerate(basis.layers)]
+    )
+    if share.sum() == 0:
+        return np.ones(3)
+    colours = np.stack([colour[layer] for layer in basis.layers])
+    return np.asarray(share @ colours / share.sum(), dtype=np.float64)

@@ -1,0 +1,151 @@
+"""Light that bounces: indirect and sky illuminance, baked once per scene at the mesh's vertices.
+
+The gather is linear in each light's intensity, so it is baked per layer of the light basis at unit
+intensity. From each vertex, cosine-distributed rays (so that their mean is the integral E = ∫ L cos θ dω)
+find the sky or a surface point. There the direct light is evaluated exactly, with shadow rays; the light of
+later bounces is interpolated from the vertices, and the fixed point is iterated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from renderers.gbuffer import F32
+from renderers.lights import HORIZON_Z, DirectLight, SkyLight, UnitLight
+from renderers.mesh import NOTHING, RayCaster, SceneMesh
+
+SKY_RAYS, BOUNCE_RAYS, BOUNCES = 4096, 512, 8
+OFFSET_M = 2e-3
+"""Rays start this far off the surface, so that they do not hit it again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Irradiance:
+    """Illuminance at the mesh's vertices at unit intensity of each layer.
+
+    Attributes
+    ----------
+    indirect : (layers, n, 3) float32
+        Bounced light, and the sky's own light, lux per channel; what the direct shading leaves out.
+    total : (layers, n, 3) float32
+        ``indirect`` plus the direct light of sun and bulbs at the vertices.
+    """
+
+    indirect: F32
+    total: F32
+
+
+def bake(mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]]) -> Irradiance:
+    """Bake the illuminance of each layer, a layer being the lights that share an intensity."""
+    points, normals = _vertex_frames(mesh)
+    direct = np.stack([_direct(points, normals, layer, caster) for layer in layers])
+    gather = _Gather(mesh, caster, points, normals)
+    once = np.stack([gather.first_bounce(layer) + gather.sky(layer) for layer in layers])
+    indirect = once.copy()
+    for _ in range(BOUNCES):
+        indirect = once + np.stack([gather.bounce(layer) for layer in indirect])
+    return Irradiance(indirect.astype(np.float32), (indirect + direct[..., None]).astype(np.float32))
+
+
+def _vertex_frames(mesh: SceneMesh) -> tuple[F32, F32]:
+    """Points just off each vertex, inside its triangles and above them, and the mean normal there."""
+    corners = mesh.triangles.ravel()
+    count = np.maximum(np.bincount(corners, minlength=len(mesh.vertices)), 1)[:, None]
+
+    def mean(per_triangle: F32) -> NDArray[np.float64]:
+        total = np.zeros((len(mesh.vertices), 3))
+        np.add.at(total, corners, np.repeat(per_triangle, 3, axis=0))
+        return total / count
+
+    normal = mean(mesh.normals)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    centroid = mean(mesh.vertices[mesh.triangles].mean(axis=1))
+    points = mesh.vertices + 0.05 * (centroid - mesh.vertices) + OFFSET_M * normal
+    return points.astype(np.float32), normal.astype(np.float32)
+
+
+def _direct(points: F32, normals: F32, layer: list[UnitLight], caster: RayCaster) -> F32:
+    """(n,) lux of the layer's sun and bulbs on surface points."""
+    total = np.zeros(len(points), dtype=np.float32)
+    for light in layer:
+        if isinstance(light, DirectLight):
+            to_light, arriving = light.arriving(points, normals, caster)
+            total += arriving * np.einsum("nk,nk->n", normals, to_light).clip(min=0.0)
+    return total
+
+
+class _Gather:
+    """Where the rays from each vertex end, and what light they bring."""
+
+    def __init__(self, mesh: SceneMesh, caster: RayCaster, points: F32, normals: F32) -> None:
+        self._caster, self._points, self._normals = caster, points, normals
+        self._rays = _cosine_directions(SKY_RAYS)
+        self._frames = _tangent_frames(normals)
+        self._hit = self._cast(mesh, _cosine_directions(BOUNCE_RAYS))
+
+    def sky(self, layer: list[UnitLight]) -> F32:
+        """(n, 3) lux from the sky: the share of rays that leave the scene upwards times π L."""
+        unit = sum(light.luminance for light in layer if isinstance(light, SkyLight))
+        share = np.zeros(len(self._points), dtype=np.float32)
+        if unit == 0:
+            return np.repeat(share[:, None], 3, axis=1)
+        for part in np.array_split(np.arange(len(self._points)), max(1, len(self._points) // 512)):
+            rays = np.einsum("nij,kj->nki", self._frames[part], self._rays).astype(np.float32)
+            free = ~self._caster.occluded(self._points[part, None, :], rays) & (rays[..., 2] > HORIZON_Z)
+            share[part] = free.mean(axis=1)
+        return np.repeat((np.pi * unit * share)[:, None], 3, axis=1).astype(np.float32)
+
+    def first_bounce(self, layer: list[UnitLight]) -> F32:
+        """(n, 3) lux by way of surfaces that the layer's sun and bulbs light directly."""
+        vertex, points, normals, albedo, _ = self._hit
+        arriving = _direct(points, normals, layer, self._caster)
+        return self._mean(vertex, albedo * arriving[:, None])
+
+    def bounce(self, indirect: F32) -> F32:
+        """(n, 3) lux by way of surfaces that carry the given indirect light at their vertices."""
+        vertex, _, _, albedo, weights = self._hit
+        return self._mean(vertex, albedo * (weights @ indirect))
+
+    def _mean(self, vertex: NDArray[np.int64], values: F32) -> F32:
+        n = len(self._points)
+        sums = [np.bincount(vertex, weights=values[:, c], minlength=n) for c in range(3)]
+        return (np.stack(sums, axis=1) / BOUNCE_RAYS).astype(np.float32)
+
+    def _cast(self, mesh: SceneMesh, rays: F32) -> tuple[NDArray[np.int64], F32, F32, F32, sparse.csr_matrix]:
+        """The hits' vertex of origin, point, normal, reflectance and interpolation weights."""
+        directions = np.einsum("nij,kj->nki", self._frames, rays).astype(np.float32)
+        triangle, distance, bary = self._caster.nearest(self._points[:, None, :], directions)
+        facing = np.einsum("nki,nki->nk", mesh.normals[triangle], directions) < 0
+        vertex, ray = np.nonzero((triangle != NOTHING) & facing)
+        triangle, bary = triangle[vertex, ray], bary[vertex, ray]
+        normals = mesh.normals[triangle]
+        points = self._points[vertex] + distance[vertex, ray, None] * directions[vertex, ray]
+        weights = np.column_stack([1 - bary.sum(axis=1), bary])
+        rows = np.repeat(np.arange(len(triangle)), 3)
+        matrix = sparse.csr_matrix(
+            (weights.ravel(), (rows, mesh.triangles[triangle].ravel())),
+            shape=(len(triangle), len(mesh.vertices)),
+            dtype=np.float32,
+        )
+        albedo = mesh.materials.base_color[mesh.surface[triangle]]  # a metal's base colour reflects as much
+        return vertex, points + OFFSET_M * normals, normals, albedo, matrix
+
+
+def _cosine_directions(count: int) -> F32:
+    """(count, 3) float32: cosine-distributed directions about +z from the R2 sequence (Roberts 2018)."""
+    g = 1.32471795724474602596
+    u, v = np.mod(0.5 + np.outer([1 / g, 1 / g**2], np.arange(count)), 1.0)
+    r, phi = np.sqrt(u), 2 * np.pi * v
+    return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1 - u)], axis=-1).astype(np.float32)
+
+
+def _tangent_frames(normals: F32) -> F32:
+    """(n, 3, 3) float32: rotations whose third column is the normal."""
+    helper = np.where(np.abs(normals[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    tangent = np.cross(helper, normals)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+    return np.stack([tangent, np.cross(normals, tangent), normals], axis=-1).astype(np.float32)

@@ -1,0 +1,56 @@
+"""Baked light on disk, found by the content that it was baked from."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+
+from renderers import irradiance
+from renderers.irradiance import Irradiance
+from renderers.lights import UnitLight
+from renderers.mesh import RayCaster, SceneMesh
+
+
+def load_or_bake(
+    mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]], folder: Path | None
+) -> Irradiance:
+    """Read the baked light of this very mesh and these lights, or bake and keep it.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where to keep it; without one, or where it cannot be written, nothing is kept.
+    """
+    if folder is None:
+        return irradiance.bake(mesh, caster, layers)
+    path = folder / f"irradiance-{_key(mesh, layers)}.npz"
+    try:
+        with np.load(path) as stored:
+            return Irradiance(stored["indirect"], stored["total"])
+    except (OSError, KeyError, ValueError, EOFError):
+        baked = irradiance.bake(mesh, caster, layers)
+    _keep(path, baked)
+    return baked
+
+
+def _key(mesh: SceneMesh, layers: list[list[UnitLight]]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    table = mesh.materials
+    for array in (mesh.vertices, mesh.triangles, mesh.surface, table.base_color):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(repr(layers).encode())
+    digest.update(Path(irradiance.__file__).read_bytes())  # another method is another result
+    return digest.hexdigest()
+
+
+def _keep(path: Path, baked: Irradiance) -> None:
+    aside = path.with_name(f"{path.stem}.{os.getpid()}.partial.npz")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez(aside, indirect=baked.indirect, total=baked.total)
+        aside.replace(path)
+    except OSError:  # a cache that cannot be written costs time, not results
+        aside.unlink(missing_ok=True)

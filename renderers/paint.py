@@ -1,0 +1,152 @@
+"""Landmark discs, painted on the floor with exact circles and anti-aliased edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderers.gbuffer import F32, I32, GBuffer
+from renderers.mesh import NOTHING
+from scenes.model import Scene
+
+SUBSAMPLES = 4
+"""Samples along each side of a pixel for the share of it that a disc covers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Discs:
+    """The landmarks of a scene as columns: centre (n, 2), radius (n,), colour (n, 3), all float32; id (n,)."""
+
+    centre: F32
+    radius: F32
+    colour: F32
+    id: I32
+    floor: int
+
+    @staticmethod
+    def of(scene: Scene) -> Discs:
+        """Take a scene's landmarks; ``floor`` is the index of the surface that carries them."""
+        paint = [scene.paint_white if m.white else scene.paint_black for m in scene.landmarks]
+        return Discs(
+            scene.landmark_positions.astype(np.float32),
+            np.array([m.radius for m in scene.landmarks], dtype=np.float32),
+            np.array(paint, dtype=np.float32).reshape(-1, 3),
+            np.array([m.id for m in scene.landmarks], dtype=np.int32),
+            [s.name for s in scene.surfaces].index(scene.floor),
+        )
+
+
+def paint(gbuffer: GBuffer, discs: Discs, base_color: F32) -> I32:
+    """Paint the discs over the floor's pixels.
+
+    Parameters
+    ----------
+    base_color : (H, W, 3) float32
+        Changed in place: where a disc covers part of a pixel, its colour is mixed in by that part. The mix
+        is exact for the pixel's light, as the reflected light is linear in the base colour.
+
+    Returns
+    -------
+    landmark : (H, W) int32
+        Id of the disc that covers at least half of the pixel, `NOTHING` elsewhere.
+    """
+    landmark = np.full(gbuffer.surface.shape, NOTHING, dtype=np.int32)
+    if len(discs.id):
+        row_step, column_step = _floor_steps(gbuffer)
+        _paint(
+            gbuffer.surface,
+            gbuffer.position,
+            row_step,
+            column_step,
+            discs.floor,
+            discs.centre,
+            discs.radius,
+            discs.colour,
+            discs.id,
+            base_color,
+            landmark,
+        )
+    return landmark
+
+
+def _floor_steps(gbuffer: GBuffer) -> tuple[F32, F32]:
+    """How far on the floor one pixel down and one pixel right is, (H, W, 2) metres each."""
+    origin, rays = gbuffer.view.origin, gbuffer.view.directions
+    down = np.minimum(rays[..., 2:3], -1e-3)  # rays that miss the floor are not painted
+    on_floor = origin[:2] - origin[2] * rays[..., :2] / down
+    row_step = np.gradient(on_floor, axis=0).astype(np.float32)
+    column_step = np.gradient(on_floor, axis=1).astype(np.float32)
+    return row_step, column_step
+
+
+@njit(cache=True)
+def _paint(
+    surface: I32,
+    position: F32,
+    row_step: F32,
+    column_step: F32,
+    floor: int,
+    centre: F32,
+    radius: F32,
+    colour: F32,
+    id: I32,
+    base_color: F32,
+    landmark: I32,
+) -> None:
+    height, width = surface.shape
+    for r in range(height):
+        for c in range(width):
+            if surface[r, c] != floor:
+                continue
+            x, y = position[r, c, 0], position[r, c, 1]
+            reach = 0.5 * (
+                np.hypot(row_step[r, c, 0], row_step[r, c, 1])
+                + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
+            )
+            for k in range(len(id)):
+                dx, dy = x - centre[k, 0], y - centre[k, 1]
+                far = radius[k] + reach
+                if dx * dx + dy * dy > far * far:
+                    continue
+                covered = 0
+                for i in range(SUBSAMPLES):
+                    a = (i + 0.5) / SUBSAMPLES - 0.5
+                    for j in range(SUBSAMPLES):
+                        b = (j + 0.5) / SUBSAMPLES - 0.5
+                        px = dx + a * row_step[r, c, 0] + b * column_step[r, c, 0]
+                        py = dy + a * row_step[r, c, 1] + b * column_step[r, c, 1]
+                        covered += px * px + py * py <= radius[k] * radius[k]
+                share = covered / (SUBSAMPLES * SUBSAMPLES)
+                for channel in range(3):
+                    base_color[r, c, channel] += share * (colour[k, channel] - base_color[r, c, channel])
+                if share >= 0.5:
+                    landmark[r, c] = id[k]
+
+
+def visible_share(gbuffer: GBuffer, discs: Discs, occluded: NDArray[np.bool_], samples: F32) -> F32:
+    """The share of each disc's area that the picture shows, (n,) float32 in 0…1.
+
+    Parameters
+    ----------
+    occluded : (n, k) bool
+        Whether geometry stands between the camera and each sample point.
+    samples : (n, k, 3) float32
+        Points spread evenly over each disc, in the world.
+    """
+    T = gbuffer.view.T_world_camera
+    in_camera = (samples - T[:3, 3]) @ T[:3, :3]
+    _, inside = gbuffer.view.camera.project(in_camera)
+    return np.asarray((inside & ~occluded).mean(axis=1), dtype=np.float32)
+
+
+def disc_samples(discs: Discs, count: int = 48) -> F32:
+    """(n, count, 3) float32: points spread evenly over each disc by Vogel's spiral (1979)."""
+    k = np.arange(count) + 0.5
+    radius, angle = np.sqrt(k / count), k * np.pi * (3 - np.sqrt(5))
+    unit = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    flat = discs.centre[:, None, :] + discs.radius[:, None, None] * unit
+    height = np.zeros((*flat.shape[:2], 1))
+    return np.concatenate([flat, height], axis=-1).astype(np.float32)
