@@ -1,0 +1,53 @@
+"""What the command line asks of a run besides the study itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Where a run reads, writes and how wide it works.
+
+    Attributes
+    ----------
+    out : Path
+        The results folder that the run's own folder goes into.
+    data : Path or None
+        The DLR folder from ``--data``; None searches the usual places (`bench.data.dlr_folder`).
+    workers : int
+        Processes, ≥ 1. The numbers do not depend on it.
+    command : tuple of str
+        The command line as typed, for the provenance.
+    """
+
+    out: Path = Path("results")
+    data: Path | None = None
+    workers: int = 1
+    command: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class GenerateOptions:
+    """What of a study `generate` writes to disk.
+
+    Attributes
+    ----------
+    out : Path
+        The folder that ``<scene>/<illumination>/`` goes into.
+    illuminations : tuple of str
+        Names out of the study's grid; empty means all.
+    frames : int or None
+        The first so many frames of the tour; None means all.
+    workers : int
+        Processes, ≥ 1.
+    command : tuple of str
+        The command line as typed.
+    """
+
+    out: Path
+    illuminations: tuple[str, ...] = field(default=())
+    frames: int | None = None
+    workers: int = 1
+    command: tuple[str, ...] = ()

@@ -1,0 +1,232 @@
+"""Studies: what is rendered or replayed, filtered, mapped and scored. Pydantic models, every default filled in.
+
+Unknown keys are refused. Units are in the names: ``_m`` metres, ``_deg`` degrees, ``_s`` seconds, ``_e`` electrons.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name of a folder
+Share = Annotated[float, Field(gt=0, le=1)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+
+
+class Part(BaseModel):
+    """Base of all parts: unknown keys refused, immutable, finite numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class SceneChoice(Part):
+    """A scene of the library (`scenes.library`) and the parameters of its builder."""
+
+    name: Name = "corridor"
+    seed: int = Field(0, ge=0)
+    parameters: dict[str, Any] = {}
+
+
+class CameraChoice(Part):
+    """The robot's camera. 320 × 240 is Table 4-1; 150° across is its ±75°."""
+
+    model: Literal["fisheye", "pinhole"] = "fisheye"
+    width: int = Field(320, ge=16, le=4096)
+    height: int = Field(240, ge=16, le=4096)
+    fov_deg: float = Field(150.0, gt=0, lt=360)
+    height_m: Positive = 1.2
+    pitch_deg: float = Field(25.0, ge=-90, le=90)
+    supersampling: int = Field(1, ge=1, le=8)
+
+    @model_validator(mode="after")
+    def _pinhole_sees_less_than_half(self) -> CameraChoice:
+        if self.model == "pinhole" and self.fov_deg >= 180:
+            raise ValueError(f"fov_deg {self.fov_deg:g}: a pinhole camera needs less than 180")
+        return self
+
+
+class SensorChoice(Part):
+    """A sensor as EMVA 1288 describes it, and how it is exposed. The values are those of a common machine
+    vision CMOS camera with large pixels; none is fitted to a result.
+
+    ``quantum_efficiency`` is for the R, G and B channel; ``target`` is the mean level, as a share of full
+    scale, that automatic exposure aims at (18 % grey); ``highlight_threshold`` is τ of the ground truth, in
+    grey levels of 255.
+    """
+
+    bit_depth: int = Field(10, ge=8, le=16)
+    full_well_e: Positive = 20000.0
+    read_noise_e: NotNegative = 8.0
+    quantum_efficiency: tuple[Share, Share, Share] = (0.35, 0.45, 0.35)
+    pixel_pitch_um: Positive = 6.0
+    f_number: Positive = 2.0
+    lens_transmission: Share = 0.9
+    min_exposure_s: Positive = 1e-5
+    max_exposure_s: Positive = 0.033
+    exposure: Literal["auto"] | Positive = "auto"
+    target: Annotated[float, Field(gt=0, lt=1)] = 0.18
+    highlight_threshold: Annotated[float, Field(gt=0, le=255)] = 16.0
+
+    @model_validator(mode="after")
+    def _exposure_range(self) -> SensorChoice:
+        if self.min_exposure_s > self.max_exposure_s:
+            raise ValueError(
+                f"min_exposure_s {self.min_exposure_s:g} exceeds max_exposure_s {self.max_exposure_s:g}"
+            )
+        return self
+
+
+@dataclass(frozen=True)
+class Illumination:
+    """One cell of the grid: the sun's lux on a plane facing it, the sky's on open ground, lumen per bulb."""
+
+    name: str
+    sun_lux: float
+    sky_lux: float
+    bulb_lm: float
+
+
+class IlluminationGrid(Part):
+    """Every sun with every bulb.
+
+    ``sky_per_sun`` ties the sky to the sun: 12 klx of diffuse light to 97 klx of direct light on a clear
+    day (ASTM G-173 weighted by V(λ)) give 0.124.
+    """
+
+    sun_lux: tuple[Annotated[float, Field(ge=0, le=200_000)], ...] = Field((0.0, 10_000.0, 90_000.0), min_length=1)
+    bulb_lm: tuple[Annotated[float, Field(ge=0, le=1_000_000)], ...] = Field((200.0, 800.0, 3200.0), min_length=1)
+    sky_per_sun: NotNegative = 0.124
+
+    @model_validator(mode="after")
+    def _distinct(self) -> IlluminationGrid:
+        names = [cell.name for cell in self.grid()]
+        if len(set(names)) < len(names):
+            raise ValueError("sun_lux and bulb_lm: each value may stand once")
+        return self
+
+    def grid(self) -> tuple[Illumination, ...]:
+        """All cells, the sun outermost, named like ``sun20000-bulb800``."""
+        return tuple(
+            Illumination(f"sun{sun:.10g}-bulb{bulb:.10g}", sun, sun * self.sky_per_sun, bulb)
+            for sun in self.sun_lux
+            for bulb in self.bulb_lm
+        )
+
+
+class TourChoice(Part):
+    """How the robot drives its tour; the speed is Table 4-1's."""
+
+    speed_mps: Positive = 0.93
+    frame_interval_s: Positive = 0.4
+
+
+class OdometryNoise(Part):
+    """Standard deviations of one motion increment, in proportion to its length and to its turn.
+
+    Forward and lateral: the medians that the DLR log states for its own steps (σ per metre, steps over
+    0.05 m). Heading: a turn is as uncertain as a metre, and straight driving adds 0.1° per step of 0.372 m,
+    the upper end of the mild regime (0.05–0.1° per step) in which an EKF is still consistent; the DLR log
+    itself states twenty times that, 0.098 rad/m.
+    """
+
+    sigma_forward_m_per_m: NotNegative = 0.023
+    sigma_lateral_m_per_m: NotNegative = 0.024
+    sigma_heading_rad_per_rad: NotNegative = 0.023
+    sigma_heading_rad_per_m: NotNegative = 0.0047
+
+
+class DepthNoise(Part):
+    """σ_z = ``sigma_m_at_1m`` · z², the structured-light law of Khoshelham & Elberink (2012, eq. 10), which
+    gives 1.4 mm at 1 m; no reading beyond ``max_m`` (Table 4-1's sensor range)."""
+
+    sigma_m_at_1m: NotNegative = 0.0014
+    max_m: Positive = 12.0
+
+
+class FilterChoice(Part):
+    """A light filter (`vslam.filters`), its parameters, and the label of its rows (by default its name)."""
+
+    name: Name
+    parameters: dict[str, Any] = {}
+    label: Name = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name_alone(cls, value: Any) -> Any:
+        value = {"name": value} if isinstance(value, str) else value
+        if isinstance(value, dict) and "name" in value:
+            return {**value, "label": value.get("label") or value["name"]}
+        return value
+
+
+def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
+    """Doing nothing always stands beside the filters."""
+    return (FilterChoice(name="none"), *(f for f in filters if f.name != "none"))
+
+
+class SlamChoice(Part):
+    """The estimator by its registered names; ``gate`` is the probability of the χ² gate."""
+
+    backend: Name = "ekf"
+    association: Name = "icnn"
+    observation: Name = "range_bearing"
+    gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
+
+
+class NavigationTask(Part):
+    """Random start–goal pairs that are planned on the estimated grid and judged on the true one."""
+
+    pairs: int = Field(20, ge=1)
+    resolution_m: Positive = 0.1
+    robot_radius_m: Positive = 0.25
+
+
+class RenderedStudy(Part):
+    """A scene of the library, rendered, filtered, mapped and navigated."""
+
+    sequence: Literal["rendered"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    scene: SceneChoice = SceneChoice()
+    camera: CameraChoice = CameraChoice()
+    engine: Literal["auto", "rasterise", "raycast"] = "auto"
+    sensor: SensorChoice = SensorChoice()
+    illuminations: IlluminationGrid = IlluminationGrid()
+    tour: TourChoice = TourChoice()
+    odometry: OdometryNoise = OdometryNoise()
+    depth: DepthNoise = DepthNoise()
+    filters: Annotated[tuple[FilterChoice, ...], AfterValidator(_none_first)] = (FilterChoice(name="none"),)
+    slam: SlamChoice = SlamChoice()
+    seeds: int = Field(10, ge=1)
+    navigation: NavigationTask = NavigationTask()
+
+    @model_validator(mode="after")
+    def _labels_differ(self) -> RenderedStudy:
+        labels = [choice.label for choice in self.filters]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise ValueError(f"filters: the label {label!r} stands twice; give one of them another label")
+        return self
+
+
+class DlrStudy(Part):
+    """The real DLR building log, replayed with every association and observation form."""
+
+    sequence: Literal["dlr"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    backend: Name = "ekf"
+    associations: tuple[Name, ...] = Field(("annotated", "icnn"), min_length=1)
+    observations: tuple[Name, ...] = Field(("cartesian", "range_bearing"), min_length=1)
+    gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
+
+
+Study = Annotated[RenderedStudy | DlrStudy, Field(discriminator="sequence")]
+SEQUENCES: tuple[type[RenderedStudy] | type[DlrStudy], ...] = (RenderedStudy, DlrStudy)
