@@ -20,7 +20,7 @@ class NoFilter:
     name: ClassVar[str] = "none"
 
     def __call__(self, image: NDArray[np.uint8]) -> Filtered:
-        """A copy of the picture with an empty mask."""
+        """Copy the picture and give it an empty mask."""
         check_picture(image)
         shape = image.shape[:2]
         return Filtered(image.copy(), np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.float32))

@@ -1,10 +1,10 @@
 """Λmax of each pixel: for eq. 3-5, filled into the mask from the highlight-free neighbourhood.
 
 Normalised convolution (Knutsson & Westin 1993) of σ = max_c I_c / Σ_c I_c over position *and hue*, on the
-bilateral grid of Chen, Paris & Durand 2007, with the gaps filled from coarser and coarser grids (pull-push,
-Gortler et al. 1996). White light adds the same to each channel, so it leaves the differences between channels and
-hence the hue of a surface as they are: pixels of one hue close to each other are taken for one surface, whether a
-highlight lies on them or not.
+bilateral grid of Chen, Paris & Durand 2007, with the gaps filled from coarser and coarser grids
+(pull-push, Gortler et al. 1996). White light adds the same to each channel, so it leaves the differences
+between channels and hence the hue of a surface as they are: pixels of one hue close to each other are
+taken for one surface, whether a highlight lies on them or not.
 """
 
 from __future__ import annotations
@@ -28,13 +28,17 @@ def chromaticity_map(
 ) -> NDArray[np.float32]:
     """Λmax of the masked pixels.
 
-    Each is Σ_y max_c I_c(y) / Σ_y Σ_c I_c(y) over the highlight-free pixels y of its hue around it: a mean of σ
-    weighted by brightness, as the noise of σ asks for. Too dark and clipped pixels do not serve (as in
-    ``picture_chromaticity``).
+    Each is Σ_y max_c I_c(y) / Σ_y Σ_c I_c(y) over the highlight-free pixels y of its hue around it: a
+    mean of σ weighted by brightness, as the noise of σ asks for. Too dark and clipped pixels do not serve
+    (as in ``picture_chromaticity``).
 
-    A masked pixel that is itself grey has no hue: it may be white paint or nothing but highlight, and eq. 3-5
-    cannot tell the two apart. Its Λmax is NaN, and so is that of a pixel whose hue occurs nowhere among the
-    highlight-free ones.
+    Known bias: gloss too weak for the mask lowers σ around a highlight, so Λmax comes out low and the
+    repair stops short of the diffuse colour. A local maximum would not, but it would turn pale walls into
+    the darker surface of their hue next to them.
+
+    A masked pixel that is itself grey has no hue: it may be white paint or nothing but highlight, and eq.
+    3-5 cannot tell the two apart. Its Λmax is NaN, and so is that of a pixel whose hue occurs nowhere
+    among the highlight-free ones.
 
     Parameters
     ----------
@@ -106,7 +110,7 @@ def _splat(image, highlight_free, decoded, grey_limit, darkest):  # type: ignore
 
 @njit("float32[:, :, :, ::1](float32[:, :, :, ::1])", cache=True)
 def _pull(fine):  # type: ignore[no-untyped-def]
-    """The grid with cells twice as wide."""
+    """Make the grid with cells twice as wide."""
     rows, columns = fine.shape[0], fine.shape[1]
     coarse = np.zeros(((rows + 1) // 2, (columns + 1) // 2, HUES, 3), dtype=np.float32)
     for row in range(rows):

@@ -12,7 +12,7 @@ PATCH = 15  # pixels; He et al. 2009, section 3
 
 
 def dark_channel(image: NDArray[np.uint8], patch: int = PATCH) -> NDArray[np.uint8]:
-    """The smallest value of any channel in a square patch around each pixel.
+    """Find the smallest value of any channel in a square patch around each pixel.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def dark_channel(image: NDArray[np.uint8], patch: int = PATCH) -> NDArray[np.uin
 
 
 def square(side: int) -> NDArray[np.uint8]:
-    """The structuring element Ω: (side, side) uint8 of ones."""
+    """Build the structuring element Ω: (side, side) uint8 of ones."""
     return np.ones((side, side), dtype=np.uint8)
 
 

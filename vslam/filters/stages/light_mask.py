@@ -1,4 +1,4 @@
-"""The mask of pixels that light has spoiled, eq. 3-4, and where the surface's own colour can be read instead."""
+"""The mask of pixels that light has spoiled, eq. 3-4, and where no highlight reaches."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def light_mask(dark: NDArray[np.uint8], threshold: int) -> NDArray[np.bool_]:
 
 
 def highlight_free(mask: NDArray[np.bool_], patch: int) -> NDArray[np.bool_]:
-    """The pixels in no patch that the mask calls affected.
+    """Find the pixels in no patch that the mask calls affected.
 
     The minimum in eq. 3-2 shrinks a highlight by half a patch on each side. The ring that it cuts off is as
     bright as the rest, so it must not serve as an example of the surface: the mask is widened by the patch.

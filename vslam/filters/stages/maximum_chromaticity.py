@@ -18,13 +18,13 @@ _BINS = 2048  # over 1/3…1: a step of 0.0003, far below GREY_MARGIN
 def picture_chromaticity(
     image: NDArray[np.uint8], highlight_free: NDArray[np.bool_], quantile: float = 0.5
 ) -> float:
-    """A quantile of σ over the usable highlight-free pixels.
+    """Take a quantile of σ over the usable highlight-free pixels.
 
-    Usable is a pixel whose brightest channel lies between ``DARKEST`` (below it quantisation and noise make up
-    the colour) and 254 (at 255 it may be clipped, and its colour false).
+    Usable is a pixel whose brightest channel lies between ``DARKEST`` (below it quantisation and noise
+    make up the colour) and 254 (at 255 it may be clipped, and its colour false).
 
-    The default, the median, is the number nearest to all surfaces; the largest σ of a picture (quantile 1) is
-    that of its noisiest or most saturated pixel, and would darken all others.
+    The default, the median, is the number nearest to all surfaces; the largest σ of a picture (quantile
+    1) is that of its noisiest or most saturated pixel, and would darken all others.
 
     Parameters
     ----------

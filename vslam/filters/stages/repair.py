@@ -34,7 +34,7 @@ def repair_with_one_chromaticity(image: NDArray[np.uint8], patch: int, quantile:
     Filtered
         With the dark channel over 255 as the score: the soft value that the mask is cut from.
     """
-    image = np.ascontiguousarray(image)
+    image = _plain(image)
     dark, mask = detect(image, patch)
     lambda_max = picture_chromaticity(image, highlight_free(mask, patch), quantile)
     return _filtered(image, dark, mask, np.full(mask.shape, lambda_max, dtype=np.float32))
@@ -42,17 +42,22 @@ def repair_with_one_chromaticity(image: NDArray[np.uint8], patch: int, quantile:
 
 def repair_with_chromaticity_map(image: NDArray[np.uint8], patch: int) -> Filtered:
     """Eqs. 3-2 … 3-5 with a Λmax for each pixel; parameters, result as ``repair_with_one_chromaticity``."""
-    image = np.ascontiguousarray(image)
+    image = _plain(image)
     dark, mask = detect(image, patch)
     lambda_max = chromaticity_map(image, mask, highlight_free(mask, patch))
     return _filtered(image, dark, mask, lambda_max)
 
 
 def detect(image: NDArray[np.uint8], patch: int) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """The dark channel (H, W) uint8 and the mask (H, W) bool, eqs. 3-2 … 3-4, on the values as recorded."""
+    """Find dark channel (H, W) uint8 and mask (H, W) bool, eqs. 3-2 … 3-4, on the values as recorded."""
     dark = dark_channel(image, patch)
     threshold = valley_emphasis(grey_histogram(dark))
     return dark, light_mask(dark, threshold)
+
+
+def _plain(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Give the memory layout that the kernels take: copy views and read-only (memory-mapped) pictures."""
+    return np.require(image, requirements=["C", "W"])
 
 
 def _filtered(

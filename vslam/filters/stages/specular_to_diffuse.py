@@ -1,4 +1,4 @@
-"""Specular to diffuse, eq. 3-5 (Tan & Ikeuchi 2005, "Separating reflection components of textured surfaces")."""
+"""Specular to diffuse, eq. 3-5 (Tan & Ikeuchi 2005, "Separating reflection components")."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from vslam.filters.stages.srgb import BOUNDARIES, CODE_AT_BIN, DECODED, encode_v
 GREY_MARGIN = 0.01
 """How far Λmax must lie above 1/3 to count as a colour.
 
-One sRGB level in one channel of a grey pixel shifts its Λmax by 0.01 at level 40 and by less above. So 0.01 is
-what an 8-bit picture can tell from grey; it also keeps the noise gain 1/(3 Λmax − 1) of eq. 3-5 below 34.
+One sRGB level in one channel of a grey pixel shifts its Λmax by 0.01 at level 40 and by less above. So
+0.01 is what an 8-bit picture can tell from grey; it also keeps the noise gain 1/(3 Λmax − 1) of eq. 3-5
+below 34.
 """
 DARKEST = 40
 """sRGB level of the brightest channel below which one level of noise moves Λmax by more than that."""
@@ -26,9 +27,10 @@ GREY = 1.0 / 3.0 + GREY_MARGIN
 def specular_to_diffuse(linear: NDArray[Any], lambda_max: float | NDArray[Any]) -> NDArray[Any]:
     """Remove the specular part of each pixel, given the maximum chromaticity of its diffuse part.
 
-    I_D = I − (max_c I_c − Λmax Σ_c I_c) / (1 − 3 Λmax); what is subtracted is clipped to 0 … min_c I_c, because
-    neither part of eq. 3-1 can be negative, so 0 ≤ I_D ≤ I. Where Λmax is grey (no more than 1/3 +
-    ``GREY_MARGIN``: the singularity) or NaN (unknown) the equation says nothing and the pixel stays as it is.
+    I_D = I − (max_c I_c − Λmax Σ_c I_c) / (1 − 3 Λmax); what is subtracted is clipped to 0 … min_c I_c,
+    because neither part of eq. 3-1 can be negative, so 0 ≤ I_D ≤ I. Where Λmax is grey (no more than 1/3
+    + ``GREY_MARGIN``: the singularity) or NaN (unknown) the equation says nothing and the pixel stays as
+    it is.
 
     Parameters
     ----------
@@ -75,7 +77,7 @@ def repair_masked(
     ["float32(float32, float32, float32, float32)", "float64(float64, float64, float64, float64)"], cache=True
 )
 def specular_part(red, green, blue, lambda_max):  # type: ignore[no-untyped-def]
-    """What eq. 3-5 subtracts from each channel of one pixel."""
+    """Find what eq. 3-5 subtracts from each channel of one pixel."""
     if not lambda_max > GREY:
         return 0.0
     smallest, largest = min(red, green, blue), max(red, green, blue)
@@ -95,7 +97,8 @@ def _specular_to_diffuse(linear, lambda_max):  # type: ignore[no-untyped-def]
 
 
 @njit(
-    "uint8[:, :, ::1](uint8[:, :, ::1], boolean[:, ::1], float32[:, ::1], float32[::1], uint8[::1], float64[::1])",
+    "uint8[:, :, ::1](uint8[:, :, ::1], boolean[:, ::1], float32[:, ::1],"
+    " float32[::1], uint8[::1], float64[::1])",
     cache=True,
 )
 def _repair_masked(image, mask, lambda_max, decoded, code_at_bin, boundaries):  # type: ignore[no-untyped-def]

@@ -34,7 +34,7 @@ def decode(encoded: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def encode(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """The nearest sRGB code of linear light; any shape, values outside 0…1 are clipped, NaN gives 0."""
+    """Round linear light to the nearest sRGB code; any shape, clipped to 0…1, NaN gives 0."""
     flat = np.ascontiguousarray(linear, dtype=np.float32).reshape(-1)
     return _encode(flat, CODE_AT_BIN, BOUNDARIES).reshape(linear.shape)
 

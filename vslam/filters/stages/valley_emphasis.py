@@ -15,15 +15,15 @@ def grey_histogram(grey: NDArray[np.uint8]) -> NDArray[np.int64]:
 
 
 def valley_emphasis(histogram: NDArray[np.int64]) -> int:
-    """The threshold that separates two classes best and lies in a valley of the histogram.
+    """Find the threshold that separates two classes best and lies in a valley of the histogram.
 
-    t* = argmax_t (1 − p(t)) · (ω1(t) μ1(t)² + ω2(t) μ2(t)²), where class 1 holds the levels up to and including
-    t, class 2 those above it, so that ``level > t*`` (eq. 3-4) picks class 2. Of equal maxima the smallest t is
-    taken.
+    t* = argmax_t (1 − p(t)) · (ω1(t) μ1(t)² + ω2(t) μ2(t)²), where class 1 holds the levels up to and
+    including t, class 2 those above it, so that ``level > t*`` (eq. 3-4) picks class 2. Of equal maxima
+    the smallest t is taken.
 
-    The equation has no meaning where a class is empty (its mean is 0/0), so such t are no candidates. Without
-    any candidate (a constant picture, an empty histogram) nothing is separated: the answer is 255, above which
-    no level lies.
+    The equation has no meaning where a class is empty (its mean is 0/0), so such t are no candidates.
+    Without any candidate (a constant picture, an empty histogram) nothing is separated: the answer is
+    255, above which no level lies.
 
     Parameters
     ----------
