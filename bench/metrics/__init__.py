@@ -1,1 +1,1 @@
-"""Metrics, one module a subject. Each is a document: sources and conventions, ``validate``, metrics, ``evaluate``."""
+"""Metrics, one module a subject, each a document: sources, conventions, metrics, ``evaluate``."""

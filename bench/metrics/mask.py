@@ -1,23 +1,24 @@
-"""Masks: how well do the pixels that a filter calls affected by light match those that are?
+"""Masks: how well the pixels that a filter calls affected by light match those that are.
 
 Sources
 -------
-IoU (Jaccard 1912), F1 (van Rijsbergen 1979), precision and recall as everywhere. BER: the balanced error rate of
-shadow detection (Vicente et al. 2016). Average precision: Σ_n (R_n − R_{n−1}) P_n without interpolation, as
-scikit-learn's ``average_precision_score``.
+IoU (Jaccard 1912), F1 (van Rijsbergen 1979), precision and recall as everywhere. BER: the
+balanced error rate of shadow detection (Vicente et al. 2016). Average precision: Σ_n (R_n − R_{n−1}) P_n
+without interpolation, as scikit-learn's ``average_precision_score``.
 
 Conventions
 -----------
 - Positive = affected by light. TP, FP, FN, TN count pixels of one picture.
-- IoU, F1, recall and AP ask how well light was found. In a picture **without** affected pixels there is nothing to
-  find, and they are NaN, whatever was predicted. A score of 1 there would flatter a filter that never fires, and a score
-  for some filters only would average them over different pictures. What decides is the truth alone, so the mean
-  over the pictures that are not NaN (``numpy.nanmean``) is over the same pictures for each filter.
+- IoU, F1, recall and AP ask how well light was found. In a picture **without** affected pixels there is
+  nothing to find, and they are NaN, whatever was predicted. A score of 1 there would flatter a filter
+  that never fires, and a score for some filters only would average them over different pictures. What
+  decides is the truth alone, so the mean over the pictures that are not NaN (``numpy.nanmean``) is over
+  the same pictures for each filter.
 - False alarms in such pictures are not lost: BER and ``masked_share`` show them.
-- BER is the mean of the two classes' error rates; with one class absent, the error rate of the other. It is never
-  NaN. Doing nothing costs 0.5 where there is light and 0 where there is none, as it should.
-- Precision is NaN where nothing was predicted (0/0), so its mean covers the pictures in which a filter fired: read
-  it next to recall. Where something was predicted and nothing is true, it is 0.
+- BER is the mean of the two classes' error rates; with one class absent, the error rate of the other. It
+  is never NaN. Doing nothing costs 0.5 where there is light and 0 where there is none, as it should.
+- Precision is NaN where nothing was predicted (0/0), so its mean covers the pictures in which a filter
+  fired: read it next to recall. Where something was predicted and nothing is true, it is 0.
 - So a filter that does nothing has IoU = F1 = recall = 0, AP = the true share (what chance gives), BER 0.5.
 - The score is read in steps of 1/255, nearest step: exact for scores that come from 8-bit values.
 """
@@ -85,7 +86,8 @@ def validate(predicted: NDArray[np.bool_], true: NDArray[np.bool_], score: NDArr
             raise BenchError(f"mask metrics: the {name} mask is {mask.dtype} {mask.shape}; give (H, W) bool")
     if not (predicted.shape == true.shape == score.shape):
         raise BenchError(
-            f"mask metrics: shapes differ: predicted {predicted.shape}, true {true.shape}, score {score.shape}"
+            f"mask metrics: shapes differ: predicted {predicted.shape}, true {true.shape}, "
+            f"score {score.shape}; score one picture at a time"
         )
     if not (score.min() >= 0.0 and score.max() <= 1.0):  # a NaN fails both
         raise BenchError(f"mask metrics: the score spans {score.min()}…{score.max()}; it must lie in 0…1")

@@ -1,20 +1,24 @@
-"""Restoration: how close does a repaired picture come to the picture as it would be without the light's specular part?
+"""Restoration: how close a repaired picture comes to the picture without specular light.
 
 Sources
 -------
-PSNR = 10 log10(R² / MSE), R the data range. SSIM: Wang, Bovik, Sheikh & Simoncelli 2004, "Image quality assessment:
-from error visibility to structural similarity", eq. 13, with its Gaussian window (11 × 11, σ = 1.5) and K1 = 0.01, K2 = 0.03.
+PSNR = 10 log10(R² / MSE), R the data range. SSIM: Wang, Bovik, Sheikh & Simoncelli 2004,
+"Image quality assessment: from error visibility to structural similarity", eq. 13, with its Gaussian
+window (11 × 11, σ = 1.5) and K1 = 0.01, K2 = 0.03.
 
 Conventions
 -----------
 - Pictures are compared as recorded: sRGB codes, not linear light. The target is the diffuse picture.
-- MSE is over all three channels. ``psnr_in_mask_db`` is over the pixels of the **true** mask, the same for each filter, and
-  NaN where that mask is empty. Over the whole frame the untouched pixels drown the difference between filters.
-- The PSNR of a perfect picture is +inf by definition, and is stored as such: no cap. Dropping it would punish the
-  best pictures and one of them makes the plain mean infinite, so average with ``mean_psnr_db``: back to MSE,
-  mean, to decibels again. That is the PSNR of all pictures seen as one; NaN is left out.
-- SSIM is the mean over the three channels and over the windows that lie wholly inside the picture; scikit-image's
-  ``structural_similarity(gaussian_weights=True, sigma=1.5, use_sample_covariance=False, channel_axis=-1)`` to 1e-6.
+- MSE is over all three channels. ``psnr_in_mask_db`` is over the pixels of the **true** mask, the same
+  for each filter, and NaN where that mask is empty. Over the whole frame the untouched pixels drown the
+  difference between filters.
+- The PSNR of a perfect picture is +inf by definition, and is stored as such: no cap. Dropping it would
+  punish the best pictures and one of them makes the plain mean infinite, so average with
+  ``mean_psnr_db``: back to MSE, mean, to decibels again. That is the PSNR of all pictures seen as one;
+  NaN is left out.
+- SSIM is the mean over the three channels and over the windows that lie wholly inside the picture;
+  scikit-image's ``structural_similarity(gaussian_weights=True, sigma=1.5, use_sample_covariance=False,
+  channel_axis=-1)`` to 1e-6.
 - ``data_range`` is what black and white are apart (255 for 8 bits); it is never guessed from the picture.
 """
 
@@ -28,14 +32,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bench.errors import BenchError
+from bench.metrics.structural_similarity import RADIUS, moments, structural_similarity
 
-RADIUS = 5  # of the 11 × 11 window, pixels
 WINDOW = 2 * RADIUS + 1
-SIGMA = 1.5  # pixels
-K1, K2 = 0.01, 0.03
-
-# Variance and covariance do not depend on the origin; near zero, float32 loses less in E[x²] − E[x]²
-_CENTRE = 128.0
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,7 @@ class Target:
     def __init__(self, picture: NDArray[np.uint8]) -> None:
         _check_picture("target", picture)
         self.picture = picture
-        self.centred = _centred(picture)
-        self.mean = _windowed(self.centred)
-        self.variance = _windowed(self.centred * self.centred) - self.mean * self.mean
+        self.moments = moments(picture)
 
 
 def validate(picture: NDArray[np.uint8], target: Target, mask: NDArray[np.bool_], data_range: float) -> None:
@@ -108,7 +105,7 @@ def psnr_db(mse: float, data_range: float = 255.0) -> float:
 
 
 def mean_psnr_db(values: ArrayLike) -> float:
-    """The PSNR of several pictures seen as one: the mean of their MSE in decibels.
+    """Give the PSNR of several pictures seen as one: the mean of their MSE in decibels.
 
     Parameters
     ----------
@@ -128,17 +125,8 @@ def mean_psnr_db(values: ArrayLike) -> float:
 
 
 def ssim(picture: NDArray[np.uint8], target: Target, data_range: float = 255.0) -> float:
-    """Mean structural similarity, Wang et al. 2004, eq. 13."""
-    centred = _centred(picture)
-    mean = _windowed(centred)
-    variance = _windowed(centred * centred) - mean * mean
-    covariance = _windowed(centred * target.centred) - mean * target.mean
-    # only the comparison of means needs the true origin
-    mean_x, mean_y = mean + np.float32(_CENTRE), target.mean + np.float32(_CENTRE)
-    c1, c2 = np.float32((K1 * data_range) ** 2), np.float32((K2 * data_range) ** 2)
-    luminance = (2 * mean_x * mean_y + c1) / (mean_x * mean_x + mean_y * mean_y + c1)
-    structure = (2 * covariance + c2) / (variance + target.variance + c2)
-    return float(np.mean(luminance * structure, dtype=np.float64))
+    """Mean structural similarity, −1…1."""
+    return structural_similarity(picture, target.picture, target.moments, data_range)
 
 
 def evaluate(
@@ -167,38 +155,26 @@ def evaluate(
     """
     goal = target if isinstance(target, Target) else Target(target)
     validate(picture, goal, mask, data_range)
-    squared = _squared_error(picture, goal.picture)
     affected = int(np.count_nonzero(mask))
-    in_mask = float(squared[mask].sum()) / (3 * affected) if affected else math.nan
+    # sums of squared grey levels are integers; OpenCV squares a root of them, rounding undoes that
+    squared = round(cv2.norm(picture, goal.picture, cv2.NORM_L2SQR))
+    squared_in_mask = round(cv2.norm(picture, goal.picture, cv2.NORM_L2SQR, mask.view(np.uint8)))
+    mse_in_mask = squared_in_mask / (3 * affected) if affected else math.nan
     return RestorationScores(
-        psnr_db=psnr_db(float(squared.sum()) / picture.size, data_range),
+        psnr_db=psnr_db(squared / picture.size, data_range),
         ssim=ssim(picture, goal, data_range),
-        psnr_in_mask_db=psnr_db(in_mask, data_range),
+        psnr_in_mask_db=psnr_db(mse_in_mask, data_range),
     )
-
-
-def _squared_error(picture: NDArray[np.uint8], target: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """(H, W) int64: the squared differences of a pixel, summed over its channels; exact."""
-    difference = cv2.absdiff(picture, target).astype(np.int32)
-    return np.einsum("ijk,ijk->ij", difference, difference).astype(np.int64)
-
-
-def _centred(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return picture.astype(np.float32) - np.float32(_CENTRE)
-
-
-def _windowed(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Gaussian mean in the windows wholly inside the picture: (H − 10, W − 10, 3)."""
-    blurred = cv2.GaussianBlur(values, (WINDOW, WINDOW), SIGMA)
-    return np.asarray(blurred[RADIUS:-RADIUS, RADIUS:-RADIUS], dtype=np.float32)
 
 
 def _check_picture(role: str, picture: NDArray[np.uint8]) -> None:
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
         raise BenchError(
-            f"restoration metrics: the {role} picture is {picture.dtype} {picture.shape}; give (H, W, 3) uint8"
+            f"restoration metrics: the {role} picture is {picture.dtype} {picture.shape}; "
+            "give (H, W, 3) uint8"
         )
     if min(picture.shape[:2]) < WINDOW:
         raise BenchError(
-            f"restoration metrics: the {role} picture is {picture.shape[:2]}; SSIM needs {WINDOW} × {WINDOW} or more"
+            f"restoration metrics: the {role} picture is {picture.shape[:2]}; "
+            f"SSIM needs at least {WINDOW} × {WINDOW} pixels"
         )
