@@ -1,0 +1,180 @@
+"""The headline table: filter × condition, each number with its unit and, where it has one, its interval."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from reports.comparison import Comparison, Condition
+from reports.run import BASELINE, OK, Run
+from reports.statistics import Estimate, plain
+from reports.wording import interval, number
+
+Measure = Callable[[Comparison, str, Condition], Estimate]
+
+ALL_NEGATIVE = "all-negative mask"
+DO_NOTHING = "do nothing"
+BASELINE_NOTE = (
+    f"“{ALL_NEGATIVE}” and “{DO_NOTHING}” are both the filter {BASELINE}: "
+    "it masks nothing and repairs nothing."
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number of the table.
+
+    Attributes
+    ----------
+    key, title, unit : str
+        ``unit`` is empty for a number without one.
+    digits : int
+        Decimals shown.
+    measure : callable
+        (comparison, filter, condition) → Estimate, already in ``unit``.
+    of_mask : bool
+        Whether the baseline's number belongs to the all-negative mask, not to doing nothing.
+    better : str
+        "higher" or "lower".
+    signed : bool
+        Whether it is a change, shown with its sign.
+    """
+
+    key: str
+    title: str
+    unit: str
+    digits: int
+    measure: Measure
+    of_mask: bool = False
+    better: str = "higher"
+    signed: bool = False
+
+    @property
+    def heading(self) -> str:
+        """Title and unit: "RMSE, m"."""
+        return f"{self.title}, {self.unit}" if self.unit else self.title
+
+
+@dataclass(frozen=True)
+class Row:
+    """One filter under one condition.
+
+    Attributes
+    ----------
+    label, filter : str
+        Shown name, and stored name.
+    cells : dict
+        Column key → Estimate; a column that does not apply to the row is absent.
+    failed, runs : int
+        SLAM runs that failed, and all.
+    """
+
+    label: str
+    filter: str
+    cells: dict[str, Estimate]
+    failed: int
+    runs: int
+
+
+def _percent(value: Estimate) -> Estimate:
+    return Estimate(100 * value.value, 100 * value.low, 100 * value.high, value.units, value.unit, value.note)
+
+
+def _mapped(c: Comparison, name: str, condition: Condition) -> Estimate:
+    return c.run_metric(name, "landmarks_mapped", condition)
+
+
+def _milliseconds(c: Comparison, name: str, condition: Condition) -> Estimate:
+    return plain(c.filter_ms(name, condition))
+
+
+COLUMNS: tuple[Column, ...] = (
+    Column("iou", "mask IoU", "", 3, lambda c, f, w: c.mask(f, "iou", w), of_mask=True),
+    Column("f1", "mask F1", "", 3, lambda c, f, w: c.mask(f, "f1", w), of_mask=True),
+    Column("ap", "mask AP", "", 3, lambda c, f, w: c.mask(f, "ap", w), of_mask=True),
+    Column(
+        "psnr_in_mask_change",
+        "in-mask PSNR change",
+        "dB",
+        2,
+        lambda c, f, w: c.psnr_in_mask_change(f, w),
+        signed=True,
+    ),
+    Column("psnr", "PSNR", "dB", 2, lambda c, f, w: c.psnr(f, w)),
+    Column("recall", "landmark recall", "%", 1, lambda c, f, w: _percent(c.recall(f, w))),
+    Column("precision", "landmark precision", "%", 1, lambda c, f, w: _percent(c.precision(f, w))),
+    Column("rmse", "RMSE", "m", 3, lambda c, f, w: c.run_metric(f, "rmse_m", w), better="lower"),
+    Column("mapped", "landmarks mapped", "", 1, _mapped),
+    Column("nav_success", "nav success", "%", 1, lambda c, f, w: _percent(c.run_metric(f, "nav_success", w))),
+    Column(
+        "nav_cost",
+        "path cost ratio",
+        "",
+        3,
+        lambda c, f, w: c.run_metric(f, "nav_cost_ratio", w),
+        better="lower",
+    ),
+    Column("filter_ms", "filter time", "ms", 2, _milliseconds, better="lower"),
+)
+
+
+def headline(run: Run, comparison: Comparison, condition: Condition = None) -> tuple[Row, ...]:
+    """The rows of one condition (None: all of them pooled), the two baselines first."""
+    rows: list[Row] = []
+    for name in run.filters:
+        cells = {column.key: column.measure(comparison, name, condition) for column in COLUMNS}
+        failed, total = comparison.runs.failed(name, condition)
+        if name == BASELINE:
+            rows += _baselines(cells, failed, total)
+        else:
+            rows.append(Row(name, name, cells, failed, total))
+    return tuple(rows)
+
+
+def _baselines(cells: dict[str, Estimate], failed: int, total: int) -> list[Row]:
+    mask = {c.key: cells[c.key] for c in COLUMNS if c.of_mask}
+    rest = {c.key: cells[c.key] for c in COLUMNS if not c.of_mask}
+    return [Row(ALL_NEGATIVE, BASELINE, mask, 0, 0), Row(DO_NOTHING, BASELINE, rest, failed, total)]
+
+
+def cell_text(column: Column, row: Row) -> tuple[str, str]:
+    """Value and interval of a cell as text; ("", "") where the column does not apply to the row."""
+    value = row.cells.get(column.key)
+    if value is None:
+        return "", ""
+    return (
+        number(value.value, column.digits, signed=column.signed),
+        interval(value, column.digits, signed=column.signed),
+    )
+
+
+def best(column: Column, rows: tuple[Row, ...]) -> float:
+    """The best value of a column, NaN when no row has one."""
+    values = [r.cells[column.key].value for r in rows if column.key in r.cells]
+    finite = [v for v in values if not math.isnan(v)]
+    if not finite:
+        return math.nan
+    return float(np.max(finite) if column.better == "higher" else np.min(finite))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A reason for which runs of a filter failed, and how many did."""
+
+    filter: str
+    reason: str
+    count: int
+
+
+def failures(run: Run) -> tuple[Failure, ...]:
+    """Every reason of failure, by filter."""
+    bad = run.runs[run.runs["status"] != OK]
+    counted = Counter(zip(bad["filter"], bad["status"], strict=True))
+    return tuple(
+        Failure(name, status.removeprefix("failed:").strip(), count)
+        for (name, status), count in sorted(counted.items())
+    )
