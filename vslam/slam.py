@@ -1,0 +1,161 @@
+"""The SLAM driver: predict, associate, update, once per step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+import vslam.ekf  # noqa: F401  (registers the back-end)
+from vslam.association import associations
+from vslam.errors import VslamError
+from vslam.frame import Observations, Odometry
+from vslam.observation import observation_models
+from vslam.slam_backend import Backend, backends
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SlamSettings:
+    """Which parts the SLAM system is made of.
+
+    Attributes
+    ----------
+    backend, association, observation : str
+        Names in `vslam.slam_backend.backends`, `vslam.association.associations` and
+        `vslam.observation.observation_models`.
+    gate : float
+        Probability with which a true pairing passes the χ² test; 0.99 is Neira & Tardós' customary choice.
+    new_gate : float
+        Probability with which a true pairing is *not* taken for a new landmark: one duplicate in 10,000
+        re-observations when the models hold.
+
+    Raises
+    ------
+    VslamError
+        For an unknown name or gates that are not 0 < gate ≤ new_gate < 1.
+    """
+
+    backend: str = "ekf"
+    association: str = "icnn"
+    observation: str = "range_bearing"
+    gate: float = 0.99
+    new_gate: float = 0.9999
+
+    def __post_init__(self) -> None:
+        backends.get(self.backend)
+        associations.get(self.association)
+        observation_models.get(self.observation)
+        if not 0.0 < self.gate <= self.new_gate < 1.0:
+            raise VslamError(f"gates must be 0 < gate ≤ new_gate < 1, not {self.gate} and {self.new_gate}")
+
+
+@dataclass(frozen=True, eq=False)
+class SlamResult:
+    """What a SLAM run estimated, in the frame of the first pose.
+
+    Attributes
+    ----------
+    poses : (n, 3) float64
+        x, y (metres) and heading (rad, not wrapped) after each step.
+    covariances : (n, 3, 3) float64
+        P_RR after each step.
+    landmarks : (m, 2) float64
+        Final estimates, metres.
+    landmark_covariances : (m, 2, 2) float64, m²
+    matches : tuple of n (n_k,) int64 arrays
+        Landmark number of each observation of each step, −1 where it was discarded. The first mention of a
+        number is the observation that founded the landmark.
+    seconds : float
+        Wall clock of the whole run.
+    """
+
+    poses: FloatArray
+    covariances: FloatArray
+    landmarks: FloatArray
+    landmark_covariances: FloatArray
+    matches: tuple[IntArray, ...]
+    seconds: float
+
+
+class Slam:
+    """SLAM step by step, for a loop that also does other things.
+
+    BLAS with several threads is far slower on these small matrices; a caller who cares wraps his loop in
+    ``threadpoolctl.threadpool_limits(1, user_api="blas")``, as `run_slam` does.
+    """
+
+    def __init__(self, settings: SlamSettings | None = None) -> None:
+        self.settings = settings or SlamSettings()
+        model = observation_models.get(self.settings.observation)()
+        self.backend: Backend = backends.get(self.settings.backend)(model)
+        self._associator = associations.get(self.settings.association)(
+            self.settings.gate, self.settings.new_gate
+        )
+        self.steps = 0
+
+    def step(self, odometry: Odometry, observations: Observations) -> IntArray:
+        """Take one motion increment and the landmarks seen after it.
+
+        Returns
+        -------
+        (n,) int64: landmark number of each observation, −1 where it was discarded.
+
+        Raises
+        ------
+        VslamError
+            Naming the step, counted from 0: an input is not finite, a covariance is not positive definite, an
+            id repeats within the picture, or the filter broke down.
+        """
+        try:
+            self.backend.predict(odometry)
+            hypothesis = self._associator.associate(self.backend, observations)
+            matches = self.backend.update(observations, hypothesis)
+        except VslamError as error:
+            raise VslamError(f"SLAM step {self.steps}: {error}") from error
+        if not (np.isfinite(self.backend.pose).all() and np.isfinite(self.backend.pose_covariance).all()):
+            raise VslamError(f"SLAM step {self.steps}: the estimated pose is no longer finite")
+        self.steps += 1
+        return matches
+
+
+def run_slam(
+    steps: Sequence[tuple[Odometry, Observations]], settings: SlamSettings | None = None
+) -> SlamResult:
+    """Run SLAM over a whole sequence, on one BLAS thread.
+
+    Parameters
+    ----------
+    steps : sequence of (Odometry, Observations)
+        Each increment with what is seen after it.
+    settings : SlamSettings, optional
+
+    Returns
+    -------
+    SlamResult
+
+    Raises
+    ------
+    VslamError
+        As `Slam.step`; also when the final map is not finite.
+    """
+    slam = Slam(settings)
+    poses = np.empty((len(steps), 3))
+    covariances = np.empty((len(steps), 3, 3))
+    matches: list[IntArray] = []
+    start = time.perf_counter()
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k, (odometry, observations) in enumerate(steps):
+            matches.append(slam.step(odometry, observations))
+            poses[k], covariances[k] = slam.backend.pose, slam.backend.pose_covariance
+    seconds = time.perf_counter() - start
+    landmarks, landmark_covariances = slam.backend.landmarks, slam.backend.landmark_covariances
+    if not (np.isfinite(landmarks).all() and np.isfinite(landmark_covariances).all()):
+        raise VslamError(f"SLAM step {slam.steps - 1}: the estimated map is not finite")
+    return SlamResult(poses, covariances, landmarks, landmark_covariances, tuple(matches), seconds)
