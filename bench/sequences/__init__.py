@@ -1,0 +1,1 @@
+"""Where steps come from: the recorded DLR log and rendered tours, one module each."""
