@@ -54,15 +54,15 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     ok : bool
     q : (7,) float64
         x, y, r (metres), k, a, b, c (linear light; b and c per pixel from the seed).
-    cov : (3, 3) float64
-        Of x, y, r.
+    cov : (4, 4) float64
+        Of x, y, r, k.
     rms : float
         Of the residuals, with the degrees of freedom taken off.
     evenness : float
         Weakest edge contrast of a sector over k (see `_evenness`).
     """
     q = np.zeros(PARAMETERS)
-    cov = np.full((3, 3), np.inf)
+    cov = np.full((4, 4), np.inf)
     box = _box(linear, jacobian, row, col, 1.25 * ring)
     if not _start(linear, floor, jacobian, row, col, ring, box, q):
         return False, q, cov, np.inf, 0.0
@@ -74,8 +74,10 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     for i in range(n):
         values[i] = linear[rows[i], cols[i]]
     design = np.empty((n, PARAMETERS))
-    residual = np.empty(n)
-    loss = _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual)
+    residual, covers = np.empty(n), np.empty(n)
+    loss = _evaluate(
+        values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual, covers
+    )
     damping = 1e-3
     trial_design, trial_residual = np.empty_like(design), np.empty_like(residual)
     for _ in range(_ITERATIONS):
@@ -89,14 +91,28 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
         if trial[2] <= 0.02 or trial[2] > 3.0 * ring:
             trial[2] = 0.5 * q[2] if trial[2] <= 0.02 else 1.5 * q[2]
         trial_loss = _evaluate(
-            values, floor, jacobian, rows, cols, row, col, trial, offsets, soft, trial_design, trial_residual
+            values,
+            floor,
+            jacobian,
+            rows,
+            cols,
+            row,
+            col,
+            trial,
+            offsets,
+            soft,
+            trial_design,
+            trial_residual,
+            covers,
         )
         if trial_loss < loss:
             q, loss = trial, trial_loss
             design, trial_design = trial_design, design
             residual, trial_residual = trial_residual, residual
             damping = max(damping * 0.1, 1e-9)
-            if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-4:  # a tenth of a millimetre
+            if (
+                abs(step[0]) + abs(step[1]) + abs(step[2]) < 5e-4
+            ):  # metres; the next step of a quadratic convergence is far smaller
                 break
         else:
             damping *= 10.0
@@ -106,9 +122,9 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     for k in range(PARAMETERS):
         normal[k, k] += 1e-15
     inverse = np.linalg.inv(normal)
-    cov[:, :] = _hc3(design, residual, inverse)[:3, :3]
+    cov[:, :] = _hc3(design, residual, inverse)[:4, :4]
     rms = np.sqrt(loss / (n - PARAMETERS))
-    return True, q, cov, rms, _evenness(floor, rows, cols, design, residual, q)
+    return True, q, cov, rms, _evenness(floor, rows, cols, covers, residual, q)
 
 
 @njit(cache=True)
@@ -158,11 +174,11 @@ def _start(linear, floor, jacobian, row, col, ring, box, q):  # type: ignore[no-
     if area <= 0.0:
         return False
     q[0], q[1], q[2] = x / area, y / area, min(max(np.sqrt(area / np.pi), 0.25 * ring), ring)
-    q[3], q[4] = contrast, outside
+    q[3], q[4] = contrast / max(outside, 1e-6), outside
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _gap(dx, dy, J, radius):  # type: ignore[no-untyped-def]
     """From a floor point at (dx, dy) from the centre to the disc's edge: pixels, positive inside; and the slope."""
     distance = np.sqrt(dx * dx + dy * dy)
@@ -192,8 +208,8 @@ def _window(floor, jacobian, box, q):  # type: ignore[no-untyped-def]
     return rows[:n], cols[:n]
 
 
-@njit(cache=True)
-def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual):  # type: ignore[no-untyped-def]
+@njit(cache=True, fastmath=True)
+def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual, covers):  # type: ignore[no-untyped-def]
     """Residuals and derivatives of the model; returns the sum of squares."""
     loss = 0.0
     count = len(offsets)
@@ -226,19 +242,22 @@ def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, d
                         by_x += slope * ex
                         by_y += slope * ey
             cover *= share
-        design[i, 0] = q[3] * by_x * share
-        design[i, 1] = q[3] * by_y * share
-        design[i, 2] = q[3] * by_r * share
-        design[i, 3] = cover
-        design[i, 4] = 1.0
-        design[i, 5] = u - col
-        design[i, 6] = v - row
-        residual[i] = values[i] - (q[4] + q[5] * (u - col) + q[6] * (v - row) + q[3] * cover)
+        light = q[4] + q[5] * (u - col) + q[6] * (v - row)
+        paint = 1.0 + q[3] * cover
+        design[i, 0] = light * q[3] * by_x * share
+        design[i, 1] = light * q[3] * by_y * share
+        design[i, 2] = light * q[3] * by_r * share
+        design[i, 3] = light * cover
+        design[i, 4] = paint
+        design[i, 5] = paint * (u - col)
+        design[i, 6] = paint * (v - row)
+        residual[i] = values[i] - light * paint
+        covers[i] = cover
         loss += residual[i] * residual[i]
     return loss
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _thinness(J, dx, dy, radius):  # type: ignore[no-untyped-def]
     """Pixels to the disc's edge along the column or the row, whichever is nearer, from a point inside."""
     nearest = np.inf
@@ -263,7 +282,7 @@ def _hc3(design, residual, inverse):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _evenness(floor, rows, cols, design, residual, q):  # type: ignore[no-untyped-def]
+def _evenness(floor, rows, cols, covers, residual, q):  # type: ignore[no-untyped-def]
     """Edge contrast by sector: 1 where all of the rim fits, near 0 (or above 2) where a side is missing.
 
     In each of eight sectors the residuals are regressed on the coverage; the sector's contrast is k plus that slope.
@@ -274,7 +293,7 @@ def _evenness(floor, rows, cols, design, residual, q):  # type: ignore[no-untype
     for i in range(len(rows)):
         dx, dy = floor[rows[i], cols[i], 0] - q[0], floor[rows[i], cols[i], 1] - q[1]
         sector = int((np.arctan2(dy, dx) + np.pi) / (2.0 * np.pi) * 8.0) % 8
-        cover = design[i, 3]
+        cover = covers[i]
         n[sector] += 1.0
         c1[sector] += cover
         c2[sector] += cover * cover
@@ -285,5 +304,5 @@ def _evenness(floor, rows, cols, design, residual, q):  # type: ignore[no-untype
         spread = c2[s] - c1[s] * c1[s] / max(n[s], 1.0)
         if spread > 0.5:  # about two pixels on each side
             slope = (cr[s] - c1[s] * r1[s] / n[s]) / spread
-            weakest = min(weakest, 1.0 + slope / q[3])
+            weakest = min(weakest, 1.0 + slope / (q[3] * q[4]))
     return weakest

@@ -151,7 +151,7 @@ class Seed:
 def find_seeds(
     grey: NDArray[np.uint8], tables: tuple[RingTable, ...], floor: FloatArray, share: float
 ) -> list[Seed]:
-    """The strongest answers to the ring test, no two of one polarity and size closer than a small disc's radius.
+    """The answers to the ring test, strongest first; of one table none nearer than half its ring to a stronger one.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def find_seeds(
     """
     flat = np.ascontiguousarray(grey).ravel().astype(np.float32)
     places = floor.reshape(-1, 2)
-    seeds = []
+    seeds: list[tuple[float, Seed]] = []
     for table in tables:
         found = np.empty(len(table.centres), dtype=np.int64)
         strength = np.empty(len(table.centres))
@@ -173,8 +173,9 @@ def find_seeds(
         strongest = np.argsort(-np.abs(strength[:n]), kind="stable")
         for k in _apart(places, found[:n][strongest], 0.5 * table.radius_m):
             chosen = strongest[k]
-            seeds.append(Seed(int(found[chosen]), bool(strength[chosen] > 0.0), table.radius_m))
-    return seeds
+            seed = Seed(int(found[chosen]), bool(strength[chosen] > 0.0), table.radius_m)
+            seeds.append((abs(float(strength[chosen])), seed))
+    return [seed for _, seed in sorted(seeds, key=lambda entry: -entry[0])]
 
 
 @njit(cache=True)
