@@ -1,0 +1,66 @@
+"""The names that studies may use: scenes, light filters, studies, and the parts of the estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+
+from bench import study as study_files
+from bench.errors import unknown_name
+from bench.study import DlrStudy, RenderedStudy
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A name and one line about it."""
+
+    name: str
+    summary: str
+
+
+def scenes() -> list[Entry]:
+    """The scenes of the library."""
+    from scenes import library
+
+    return [Entry(info.name, info.summary) for info in library.describe()]
+
+
+def filters() -> list[Entry]:
+    """The light filters, each with its source."""
+    from vslam.filters import registry
+
+    return [
+        Entry(f.name, f"{f.summary} [{f.source}]" if f.source else f.summary) for f in registry.describe()
+    ]
+
+
+def studies() -> list[Entry]:
+    """The packaged studies."""
+    return [Entry(name, study_files.load(name).title) for name in study_files.names()]
+
+
+def check(study: RenderedStudy | DlrStudy) -> None:
+    """Refuse unknown names before anything is rendered.
+
+    Raises
+    ------
+    BenchError, VslamError
+        For a scene, filter, back-end, association or observation form that does not exist, with near names.
+    """
+    from vslam.slam import SlamSettings
+
+    if isinstance(study, RenderedStudy):
+        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+        _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
+        SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+    else:
+        for association, observation in product(study.associations, study.observations):
+            SlamSettings(study.backend, association, observation, study.gate)
+
+
+def _known(kind: str, wanted: Iterable[str], known: Iterable[str]) -> None:
+    existing = set(known)
+    for name in wanted:
+        if name not in existing:
+            raise unknown_name(kind, name, existing)

@@ -1,0 +1,75 @@
+"""The command line. Commands import what they need when they run, so that ``--help`` answers at once."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+from typer.exceptions import TyperException
+
+from bench.commands import doctor, fetch, generate, listing, report, run
+from bench.errors import BenchError
+from renderers.errors import RendererError
+from reports.errors import ReportError
+from scenes.errors import SceneError
+from vslam.errors import VslamError
+
+ROOM_ERRORS = (BenchError, RendererError, ReportError, SceneError, VslamError)
+USER_ERROR, INTERRUPTED = 2, 130
+
+app = typer.Typer(
+    help="Does a light filter help a visual SLAM robot, under which light, and at what cost?",
+    epilog="Example: python -m bench run --study quick",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run", epilog=run.EXAMPLE)(run.run)
+app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
+app.command("list", epilog=listing.EXAMPLE)(listing.list_known)
+app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
+app.command("fetch", epilog=fetch.EXAMPLE)(fetch.fetch)
+app.command("report", epilog=report.EXAMPLE)(report.report)
+
+
+@app.callback(invoke_without_command=True)
+def _no_command(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main() -> None:
+    """Run the command line and exit: 0 done, 2 the user can mend it, 130 interrupted; bugs keep a traceback."""
+    sys.exit(execute(sys.argv[1:]))
+
+
+def execute(arguments: list[str]) -> int:
+    """Run one command line.
+
+    Parameters
+    ----------
+    arguments : list of str
+        Without the program's name.
+
+    Returns
+    -------
+    int
+        The exit code. Whatever the user can mend is one line on standard error and 2.
+    """
+    try:
+        code = app(arguments, prog_name="python -m bench", standalone_mode=False)
+    except TyperException as error:
+        message = error.format_message().replace("Value error, ", "").rstrip(".")
+        return _complain(f"{message}; see python -m bench --help")
+    except ROOM_ERRORS as error:
+        return _complain(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
+    if code == INTERRUPTED:
+        typer.echo("interrupted", err=True)
+    return code or 0
+
+
+def _complain(message: str) -> int:
+    typer.echo(f"error: {' '.join(message.split())}", err=True)
+    return USER_ERROR

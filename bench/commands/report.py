@@ -1,0 +1,24 @@
+"""``report``: the report of a run that is already there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLE = "Example: python -m bench report results/latest"
+
+
+def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="The folder of a run.")]) -> None:
+    """Build the report of a stored run anew, and print its table."""
+    show(run_dir)
+
+
+def show(run_dir: Path) -> None:
+    """Write the page, then print the table and where the page is."""
+    from reports import html, terminal
+
+    page = html.write(run_dir)
+    typer.echo(terminal.summary(run_dir))
+    typer.echo(f"report: {page}")
