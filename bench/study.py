@@ -14,7 +14,17 @@ from bench.errors import BenchError, unknown_name
 from bench.study_errors import reason
 from bench.study_model import SEQUENCES, DlrStudy, FilterChoice, Illumination, RenderedStudy, Study
 
-__all__ = ["DlrStudy", "FilterChoice", "Illumination", "RenderedStudy", "Study", "dump", "load", "names", "parse"]
+__all__ = [
+    "DlrStudy",
+    "FilterChoice",
+    "Illumination",
+    "RenderedStudy",
+    "Study",
+    "dump",
+    "load",
+    "names",
+    "parse",
+]
 
 
 def names() -> list[str]:

@@ -55,7 +55,9 @@ def reason(model: type[BaseModel], error: ValidationError) -> str:
 
 def _key_path(error: ErrorDetails) -> Path:
     """Where the error is, without the branches of a union that pydantic adds: ``literal['auto']``."""
-    return tuple(p for p in error["loc"] if isinstance(p, int) or not p.startswith(("literal[", "constrained-")))
+    return tuple(
+        p for p in error["loc"] if isinstance(p, int) or not p.startswith(("literal[", "constrained-"))
+    )
 
 
 def _unknown_key(model: type[BaseModel], path: Path) -> str:
@@ -63,7 +65,9 @@ def _unknown_key(model: type[BaseModel], path: Path) -> str:
         if isinstance(part, str):
             model = next(_models_in(model.model_fields[part].annotation))
     near = get_close_matches(str(path[-1]), model.model_fields, n=2, cutoff=0.5)
-    hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {', '.join(model.model_fields)}"
+    hint = (
+        f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {', '.join(model.model_fields)}"
+    )
     return f"unknown key: {hint}"
 
 

@@ -1,6 +1,7 @@
-"""Studies: what is rendered or replayed, filtered, mapped and scored. Pydantic models, every default filled in.
+"""Studies as pydantic models: what is rendered or replayed, filtered, mapped and scored.
 
-Unknown keys are refused. Units are in the names: ``_m`` metres, ``_deg`` degrees, ``_s`` seconds, ``_e`` electrons.
+Unknown keys are refused. Units are in the names: ``_m`` metres, ``_deg`` degrees, ``_s`` seconds, ``_e``
+electrons.
 """
 
 from __future__ import annotations
@@ -96,8 +97,12 @@ class IlluminationGrid(Part):
     day (ASTM G-173 weighted by V(λ)) give 0.124.
     """
 
-    sun_lux: tuple[Annotated[float, Field(ge=0, le=200_000)], ...] = Field((0.0, 10_000.0, 90_000.0), min_length=1)
-    bulb_lm: tuple[Annotated[float, Field(ge=0, le=1_000_000)], ...] = Field((200.0, 800.0, 3200.0), min_length=1)
+    sun_lux: tuple[Annotated[float, Field(ge=0, le=200_000)], ...] = Field(
+        (0.0, 10_000.0, 90_000.0), min_length=1
+    )
+    bulb_lm: tuple[Annotated[float, Field(ge=0, le=1_000_000)], ...] = Field(
+        (200.0, 800.0, 3200.0), min_length=1
+    )
     sky_per_sun: NotNegative = 0.124
 
     @model_validator(mode="after")
@@ -140,7 +145,8 @@ class OdometryNoise(Part):
 
 class DepthNoise(Part):
     """σ_z = ``sigma_m_at_1m`` · z², the structured-light law of Khoshelham & Elberink (2012, eq. 10), which
-    gives 1.4 mm at 1 m; no reading beyond ``max_m`` (Table 4-1's sensor range)."""
+    gives 1.4 mm at 1 m; no reading beyond ``max_m`` (Table 4-1's sensor range).
+    """
 
     sigma_m_at_1m: NotNegative = 0.0014
     max_m: Positive = 12.0
