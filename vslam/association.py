@@ -70,10 +70,10 @@ class Annotated:
 class Icnn:
     """Individual compatibility nearest neighbour.
 
-    Each landmark takes at most one observation per picture and the reverse: compatible pairings are accepted
-    in the order of their Mahalanobis distance, smallest first (a greedy rule, no optimal assignment). An
-    observation is new when every landmark lies beyond the wider gate; what is left, in between or beaten to its
-    landmark, is ambiguous and discarded.
+    Each landmark takes at most one observation per picture and the reverse: compatible pairings are
+    accepted in the order of their Mahalanobis distance, smallest first (a greedy rule, no optimal
+    assignment). An observation is new when every landmark lies beyond the wider gate; what is left, in
+    between or beaten to its landmark, is ambiguous and discarded.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """EKF-SLAM, equations 3-14 … 3-37, after Zhang 2014 and Solà's course text.
 
-All matched observations of a step correct the state in one block. Only the lower triangle of P is kept up to
-date, so P is symmetric by construction and the correction costs one ``dsyrk``. P lives in a Fortran-ordered
-square that grows in chunks, because BLAS through f2py works in place on whole arrays only; rows beyond the state
-are zero.
+All matched observations of a step correct the state in one block. Only the lower triangle of P is kept up
+to date, so P is symmetric by construction and the correction costs one ``dsyrk``. P lives in a
+Fortran-ordered square that grows in chunks, because BLAS through f2py works in place on whole arrays
+only; rows beyond the state are zero.
 """
 
 from __future__ import annotations

@@ -4,36 +4,39 @@ Axes. The log's robot has −Y forward and +X left (its header says right, its p
 forward and y left, so every vector and covariance is turned by +90°: x = −Y, y = X. Robot and world turn
 alike, which leaves headings as they are. The world is the frame of the first pose.
 
-``truth.txt`` is no independent truth: it lies 2.3 cm rms from the batch solution of these very observations.
+``truth.txt`` is no independent truth: it lies 2.3 cm rms from the batch solution of these very
+observations.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bench.errors import BenchError
+from bench.sequences.dlr_rows import Rows, csv_rows, expect, fail, lines, list_rows, refuse, values
 from vslam.frame import Observations, Odometry
+from vslam.geometry import to_global
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Rows = list[tuple[int, list[str]]]
+Steps = tuple[tuple[Odometry, Observations], ...]
 
 LOG, TRUTH = "map.circles", "truth.txt"
 BATCH_POSES, BATCH_LANDMARKS = "batch_poses.csv", "batch_landmarks.csv"
 
-# Log axes to ours, a proper rotation.
+# Log axes to ours, a proper rotation; the same with the heading below.
 _TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+_TURN_POSE = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
-# Fields of a row after its keyword, as the header of the log lists them; the last of LANDMARK_C is the id.
-_STEP_FIELDS = 10
-_LANDMARK_FIELDS = 7
+# Fields of a row, keyword included, as the log's header lists them.
+_STEP_FIELDS = 11
+_LANDMARK_FIELDS = 8
+# truth.txt: the pose, then a covariance that is not used.
+_TRUTH_FIELDS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,31 +49,33 @@ class DlrLog:
         Each increment with what is seen after it.
     truth : (n + 1, 3) float64
         x, y, heading (not wrapped); row 0 is the start, row k + 1 belongs to step k.
-    batch_poses : (n + 1, 3) float64
-        The least-squares track with the annotated ids.
+    batch_poses : (n + 1, 3) float64 or None
+        The least-squares track with the annotated ids; None where the folder has none.
     landmark_ids : (m,) int64
         Annotated ids, rising.
     landmark_positions : (m, 2) float64
-        Their least-squares positions.
+        Their positions: of the least-squares solution, or, where the folder has none, the means of the
+        observations as seen from the true track (4 cm rms apart).
     image_names : tuple of n str
         File name of each step's picture.
     """
 
-    steps: tuple[tuple[Odometry, Observations], ...]
+    steps: Steps
     truth: FloatArray
-    batch_poses: FloatArray
+    batch_poses: FloatArray | None
     landmark_ids: IntArray
     landmark_positions: FloatArray
     image_names: tuple[str, ...]
 
 
 def load(folder: Path) -> DlrLog:
-    """Read the log, its truth and its batch solution.
+    """Read the log, its truth and, where present, its batch solution.
 
     Parameters
     ----------
     folder : Path
-        Holds ``map.circles``, ``truth.txt``, ``batch_poses.csv`` and ``batch_landmarks.csv``.
+        Holds ``map.circles`` and ``truth.txt``, and may hold ``batch_poses.csv`` and
+        ``batch_landmarks.csv``, which the public sources lack.
 
     Returns
     -------
@@ -82,119 +87,95 @@ def load(folder: Path) -> DlrLog:
         For a file that is missing or unreadable, and for any malformed row, with file and line.
     """
     folder = Path(folder)
-    ids, positions = _batch_landmarks(folder / BATCH_LANDMARKS)
-    steps, names = _log(folder / LOG, ids)
-    truth = _poses(folder / TRUTH, _truth_rows(folder / TRUTH), len(steps))
-    batch = _poses(folder / BATCH_POSES, _csv(folder / BATCH_POSES, "x_m,y_m,theta_rad"), len(steps))
+    steps, names, landmark_rows = _read_log(folder / LOG)
+    truth = _poses(folder / TRUTH, list_rows(folder / TRUTH, _TRUTH_FIELDS), len(steps))
+    batch = None
+    if (folder / BATCH_POSES).exists():
+        batch = _poses(folder / BATCH_POSES, csv_rows(folder / BATCH_POSES, "x_m,y_m,theta_rad"), len(steps))
+    if (folder / BATCH_LANDMARKS).exists():
+        ids, positions = _batch_landmarks(folder / BATCH_LANDMARKS)
+        known = np.isin(np.concatenate([o.ids for _, o in steps]), [-1, *ids])
+        refuse(folder / LOG, landmark_rows, ~known, f"the landmark id is not in {BATCH_LANDMARKS}")
+    else:
+        ids, positions = _landmarks_from_truth(steps, truth)
     return DlrLog(steps, truth, batch, ids, positions, names)
 
 
-def _log(path: Path, known: IntArray) -> tuple[tuple[tuple[Odometry, Observations], ...], tuple[str, ...]]:
+def _read_log(path: Path) -> tuple[Steps, tuple[str, ...], Rows]:
+    step_rows, landmark_rows, owners = _sort_rows(path)
+    odometry = _odometry(path, step_rows)
+    observations = _observations(path, landmark_rows, owners, len(step_rows))
+    names = tuple(f"{fields[1]}.jpg" for _, fields in step_rows)
+    return tuple(zip(odometry, observations, strict=True)), names, landmark_rows
+
+
+def _sort_rows(path: Path) -> tuple[Rows, Rows, IntArray]:
+    """STEP rows, LANDMARK_C rows, and the step that each of the latter belongs to."""
     step_rows: Rows = []
     landmark_rows: Rows = []
     owners: list[int] = []
-    for number, text in enumerate(_lines(path), start=1):
-        fields = text.split()
+    for number, line in enumerate(lines(path), start=1):
+        fields = line.split()
         if not fields or fields[0].startswith("#"):
             continue
         if fields[0] == "STEP":
-            _expect(path, number, fields, _STEP_FIELDS)
-            step_rows.append((number, fields[1:]))
+            expect(path, number, "STEP", fields, _STEP_FIELDS)
+            step_rows.append((number, fields))
         elif fields[0] == "LANDMARK_C":
-            _expect(path, number, fields, _LANDMARK_FIELDS)
+            expect(path, number, "LANDMARK_C", fields, _LANDMARK_FIELDS)
             if not step_rows:
-                _fail(path, number, "a LANDMARK_C row before the first STEP")
-            landmark_rows.append((number, fields[1:]))
+                fail(path, number, "a LANDMARK_C row before the first STEP")
+            landmark_rows.append((number, fields))
             owners.append(len(step_rows) - 1)
         else:
-            _fail(path, number, f"unknown keyword {fields[0]!r}; expected STEP or LANDMARK_C")
-    if not step_rows:
-        raise BenchError(f"{path}: no STEP rows; fetch the log again with: python -m bench fetch dlr")
-    odometry = _odometry(path, step_rows)
-    observations = _observations(path, landmark_rows, np.array(owners, dtype=np.int64), len(step_rows), known)
-    names = tuple(f"{fields[0]}.jpg" for _, fields in step_rows)
-    return tuple(zip(odometry, observations, strict=True)), names
+            fail(path, number, f"unknown keyword {fields[0]!r}; expected STEP or LANDMARK_C")
+    return step_rows, landmark_rows, np.array(owners, dtype=np.int64)
 
 
 def _odometry(path: Path, rows: Rows) -> list[Odometry]:
-    values = _numbers(path, [(number, fields[1:]) for number, fields in rows])
-    delta = values[:, :3].copy()
-    delta[:, :2] = delta[:, :2] @ _TURN.T
-    # The columns are cXX cXY cYY cXPhi cYPhi cPhiPhi.
-    Q = values[:, 3:][:, [0, 1, 3, 1, 2, 4, 3, 4, 5]].reshape(-1, 3, 3)
-    turn = np.eye(3)
-    turn[:2, :2] = _TURN
-    Q = turn @ Q @ turn.T
-    _refuse(
-        path, rows, np.linalg.eigvalsh(Q)[:, 0] < 0.0, "the odometry covariance is not positive semi-definite"
-    )
+    columns = values(path, [(number, fields[2:]) for number, fields in rows])
+    delta = columns[:, :3] @ _TURN_POSE.T
+    # In the log: cXX cXY cYY cXPhi cYPhi cPhiPhi.
+    Q = columns[:, 3:][:, [0, 1, 3, 1, 2, 4, 3, 4, 5]].reshape(-1, 3, 3)
+    Q = _TURN_POSE @ Q @ _TURN_POSE.T
+    indefinite = np.linalg.eigvalsh(Q)[:, 0] < 0.0
+    refuse(path, rows, indefinite, "the odometry covariance is not positive semi-definite")
     return [Odometry(d, q) for d, q in zip(delta, Q, strict=True)]
 
 
-def _observations(
-    path: Path, rows: Rows, owners: IntArray, steps: int, known: IntArray
-) -> list[Observations]:
+def _observations(path: Path, rows: Rows, owners: IntArray, steps: int) -> list[Observations]:
     if not rows:
         return [Observations.none()] * steps
-    values = _numbers(path, rows)
-    points = values[:, :2] @ _TURN.T
-    S = values[:, 3:6][:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-    S = _TURN @ S @ _TURN.T
-    _refuse(
-        path, rows, np.linalg.eigvalsh(S)[:, 0] <= 0.0, "the landmark covariance is not positive definite"
-    )
-    ids = values[:, 6].astype(np.int64)
-    _refuse(
-        path,
-        rows,
-        (ids != values[:, 6]) | ~np.isin(ids, [-1, *known]),
-        f"the landmark id is not in {BATCH_LANDMARKS}",
-    )
+    columns = values(path, [(number, fields[1:]) for number, fields in rows])
+    points = columns[:, :2] @ _TURN.T
+    # In the log, after the quality: cXX cXY cYY.
+    S = _TURN @ columns[:, 3:6][:, [0, 1, 1, 2]].reshape(-1, 2, 2) @ _TURN.T
+    indefinite = np.linalg.eigvalsh(S)[:, 0] <= 0.0
+    refuse(path, rows, indefinite, "the landmark covariance is not positive definite")
+    ids = _ids(path, rows, columns[:, 6], lowest=-1)
     ends = np.searchsorted(owners, np.arange(steps), side="right").tolist()
     starts = [0, *ends[:-1]]
     return [Observations(points[a:b], S[a:b], ids[a:b]) for a, b in zip(starts, ends, strict=True)]
 
 
-def _truth_rows(path: Path) -> Rows:
-    rows: Rows = []
-    for number, text in enumerate(_lines(path), start=1):
-        if not text.strip():
-            continue
-        try:
-            values = json.loads(text)
-        except ValueError:
-            _fail(path, number, "not a list [x, y, theta, …]")
-        if not isinstance(values, list) or len(values) != 12:
-            _fail(path, number, "expected a list of 12 numbers: pose and covariance")
-        rows.append((number, values[:3]))
-    return rows
-
-
 def _batch_landmarks(path: Path) -> tuple[IntArray, FloatArray]:
-    rows = _csv(path, "id,x_m,y_m")
-    values = _numbers(path, rows)
-    ids = values[:, 0].astype(np.int64)
-    _refuse(path, rows, (ids != values[:, 0]) | (ids < 0), "a landmark id is a whole number from 0")
-    order = np.argsort(ids)
-    first = np.zeros(len(ids), dtype=bool)
-    first[np.unique(ids, return_index=True)[1]] = True
-    _refuse(path, rows, ~first, "this landmark id occurs twice")
-    return ids[order], (values[:, 1:] @ _TURN.T)[order]
+    rows = csv_rows(path, "id,x_m,y_m")
+    columns = values(path, rows)
+    ids = _ids(path, rows, columns[:, 0], lowest=0)
+    unique, first = np.unique(ids, return_index=True)
+    refuse(path, rows, ~np.isin(np.arange(len(ids)), first), "this landmark id occurs a second time")
+    return unique, (columns[:, 1:] @ _TURN.T)[first]
 
 
-def _csv(path: Path, header: str) -> Rows:
-    lines = _lines(path)
-    if not lines or lines[0].strip() != header:
-        raise BenchError(f"{path}, line 1: expected the header {header!r}")
-    rows: Rows = []
-    for number, text in enumerate(lines[1:], start=2):
-        if not text.strip():
-            continue
-        fields = text.split(",")
-        if len(fields) != 3:
-            _fail(path, number, f"expected 3 fields, found {len(fields)}")
-        rows.append((number, fields))
-    return rows
+def _landmarks_from_truth(steps: Steps, truth: FloatArray) -> tuple[IntArray, FloatArray]:
+    ids = np.concatenate([o.ids for _, o in steps])
+    points = np.concatenate(
+        [to_global(pose, o.points) for pose, (_, o) in zip(truth[1:], steps, strict=True)]
+    )
+    known, row = np.unique(ids[ids >= 0], return_inverse=True)
+    sums = np.zeros((len(known), 2))
+    np.add.at(sums, row, points[ids >= 0])
+    return known, sums / np.bincount(row, minlength=len(known))[:, None]
 
 
 def _poses(path: Path, rows: Rows, steps: int) -> FloatArray:
@@ -202,50 +183,10 @@ def _poses(path: Path, rows: Rows, steps: int) -> FloatArray:
         raise BenchError(
             f"{path}: {len(rows)} poses for {steps} steps; expected {steps + 1}, the start included"
         )
-    poses = _numbers(path, rows)
-    poses[:, :2] = poses[:, :2] @ _TURN.T
-    return poses
+    return values(path, rows)[:, :3] @ _TURN_POSE.T
 
 
-def _numbers(path: Path, rows: Rows) -> FloatArray:
-    """Fields as (n, k) float64; the first row that is not finite numbers is named."""
-    if not rows:
-        raise BenchError(f"{path}: no data rows; fetch the log again with: python -m bench fetch dlr")
-    try:
-        values = np.array([fields for _, fields in rows], dtype=np.float64)
-    except (ValueError, TypeError):
-        number, text = next((n, t) for n, fields in rows for t in fields if not _is_number(t))
-        _fail(path, number, f"{text!r} is not a number")
-    _refuse(path, rows, ~np.isfinite(values).all(axis=1), "a value is not finite")
-    return values
-
-
-def _is_number(text: object) -> bool:
-    try:
-        np.array(text, dtype=np.float64)
-    except (ValueError, TypeError):
-        return False
-    return not isinstance(text, list | dict)
-
-
-def _refuse(path: Path, rows: Sequence[tuple[int, list[str]]], bad: ArrayLike, reason: str) -> None:
-    if np.any(bad):
-        _fail(path, rows[int(np.argmax(bad))][0], reason)
-
-
-def _expect(path: Path, number: int, fields: list[str], count: int) -> None:
-    if len(fields) != count + 1:
-        _fail(path, number, f"{fields[0]} has {len(fields) - 1} fields, expected {count}")
-
-
-def _lines(path: Path) -> list[str]:
-    try:
-        return path.read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
-        remedy = "give the log's folder with --data or run: python -m bench fetch dlr"
-        raise BenchError(f"cannot read {path}: {reason}; {remedy}") from error
-
-
-def _fail(path: Path, number: int, reason: str) -> NoReturn:
-    raise BenchError(f"{path}, line {number}: {reason}")
+def _ids(path: Path, rows: Rows, column: FloatArray, lowest: int) -> IntArray:
+    ids = column.astype(np.int64)
+    refuse(path, rows, (ids != column) | (ids < lowest), f"a landmark id is a whole number from {lowest}")
+    return ids
