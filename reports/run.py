@@ -95,6 +95,11 @@ def load(folder: Path) -> Run:
     return Run(folder, study, _provenance(folder / "provenance.json"), frames, runs, filters)
 
 
+def records(table: DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table as dictionaries."""
+    return [{str(key): value for key, value in row.items()} for row in table.to_dict("records")]
+
+
 def _study(path: Path) -> Mapping[str, Any]:
     import yaml
 

@@ -42,6 +42,8 @@ class Column:
         "higher" or "lower".
     signed : bool
         Whether it is a change, shown with its sign.
+    group : str
+        Heads the group that starts with this column.
     """
 
     key: str
@@ -52,6 +54,7 @@ class Column:
     of_mask: bool = False
     better: str = "higher"
     signed: bool = False
+    group: str = ""
 
     @property
     def heading(self) -> str:
@@ -93,7 +96,7 @@ def _milliseconds(c: Comparison, name: str, condition: Condition) -> Estimate:
 
 
 COLUMNS: tuple[Column, ...] = (
-    Column("iou", "mask IoU", "", 3, lambda c, f, w: c.mask(f, "iou", w), of_mask=True),
+    Column("iou", "mask IoU", "", 3, lambda c, f, w: c.mask(f, "iou", w), of_mask=True, group="Mask"),
     Column("f1", "mask F1", "", 3, lambda c, f, w: c.mask(f, "f1", w), of_mask=True),
     Column("ap", "mask AP", "", 3, lambda c, f, w: c.mask(f, "ap", w), of_mask=True),
     Column(
@@ -103,11 +106,20 @@ COLUMNS: tuple[Column, ...] = (
         2,
         lambda c, f, w: c.psnr_in_mask_change(f, w),
         signed=True,
+        group="Picture",
     ),
     Column("psnr", "PSNR", "dB", 2, lambda c, f, w: c.psnr(f, w)),
-    Column("recall", "landmark recall", "%", 1, lambda c, f, w: _percent(c.recall(f, w))),
+    Column("recall", "landmark recall", "%", 1, lambda c, f, w: _percent(c.recall(f, w)), group="Landmarks"),
     Column("precision", "landmark precision", "%", 1, lambda c, f, w: _percent(c.precision(f, w))),
-    Column("rmse", "RMSE", "m", 3, lambda c, f, w: c.run_metric(f, "rmse_m", w), better="lower"),
+    Column(
+        "rmse",
+        "RMSE",
+        "m",
+        3,
+        lambda c, f, w: c.run_metric(f, "rmse_m", w),
+        better="lower",
+        group="SLAM and navigation",
+    ),
     Column("mapped", "landmarks mapped", "", 1, _mapped),
     Column("nav_success", "nav success", "%", 1, lambda c, f, w: _percent(c.run_metric(f, "nav_success", w))),
     Column(
@@ -118,7 +130,7 @@ COLUMNS: tuple[Column, ...] = (
         lambda c, f, w: c.run_metric(f, "nav_cost_ratio", w),
         better="lower",
     ),
-    Column("filter_ms", "filter time", "ms", 2, _milliseconds, better="lower"),
+    Column("filter_ms", "filter time", "ms", 2, _milliseconds, better="lower", group="Cost"),
 )
 
 

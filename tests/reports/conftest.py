@@ -134,7 +134,8 @@ def run_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
 
 
 def stem(row: Any) -> str:
-    return f"{row.scene}--{row.illumination}--{row.filter}--{row.backend}--{row.association}--{row.observation}--s{row.seed}"
+    parts = (row.scene, row.illumination, row.filter, row.backend, row.association, row.observation)
+    return "--".join([*parts, f"s{row.seed}"])
 
 
 def write_tum(path: Path, stamps: np.ndarray, poses: np.ndarray) -> None:

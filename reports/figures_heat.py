@@ -1,0 +1,162 @@
+"""Heat maps: a metric over sun × bulb, one panel for each filter, all on one colour scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reports import style
+from reports.comparison import Comparison
+from reports.illuminations import illuminations, quantity
+from reports.run import Run
+from reports.wording import MISSING, number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+FloatArray = NDArray[np.float64]
+
+PANELS_PER_ROW = 4
+
+
+@dataclass(frozen=True)
+class HeatMetric:
+    """What a heat map shows.
+
+    Attributes
+    ----------
+    key, column, title, unit : str
+        ``column`` is its name in the CSV.
+    digits : int
+        Decimals in the cells.
+    higher_is_better : bool
+    measure : callable
+        (comparison, filter, illumination) → value in ``unit``.
+    """
+
+    key: str
+    column: str
+    title: str
+    unit: str
+    digits: int
+    higher_is_better: bool
+    measure: Callable[[Comparison, str, str], float]
+
+    @property
+    def heading(self) -> str:
+        """Title, unit, and which way is better."""
+        better = "higher" if self.higher_is_better else "lower"
+        return f"{self.title}{', ' * bool(self.unit)}{self.unit} ({better} is better)"
+
+
+METRICS = (
+    HeatMetric(
+        "recall",
+        "recall_percent",
+        "Landmark recall",
+        "%",
+        0,
+        True,
+        lambda c, f, w: 100 * c.recall(f, w).value,
+    ),
+    HeatMetric("iou", "iou", "Mask IoU", "", 2, True, lambda c, f, w: c.mask(f, "iou", w).value),
+    HeatMetric(
+        "rmse", "rmse_m", "Position RMSE", "m", 2, False, lambda c, f, w: c.run_metric(f, "rmse_m", w).value
+    ),
+    HeatMetric(
+        "nav-success",
+        "nav_success_percent",
+        "Navigation success",
+        "%",
+        0,
+        True,
+        lambda c, f, w: 100 * c.run_metric(f, "nav_success", w).value,
+    ),
+)
+
+
+def table(run: Run, comparison: Comparison, metric: HeatMetric) -> DataFrame:
+    """One row per filter and illumination, dark to bright."""
+    import pandas as pd
+
+    lights = illuminations(run)
+    rows = [
+        (name, light.name, light.sun_lux, light.bulb_lm, metric.measure(comparison, name, light.name))
+        for name in run.filters
+        for light in lights
+    ]
+    return pd.DataFrame(rows, columns=["filter", "illumination", "sun_lux", "bulb_lm", metric.column])
+
+
+def draw(run: Run, comparison: Comparison, metric: HeatMetric) -> Path | None:
+    """Save one heat map with its CSV; None where the run does not measure it."""
+    data = table(run, comparison, metric)
+    if not np.isfinite(data[metric.column]).any():
+        return None
+    with style.styled():
+        return style.save(_figure(run, data, metric), data, run.folder, f"heat--{metric.key}")
+
+
+def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    suns, bulbs = (sorted(data[c].unique()) for c in ("sun_lux", "bulb_lm"))
+    finite = data[metric.column][np.isfinite(data[metric.column])]
+    norm = Normalize(float(finite.min()), float(max(finite.max(), finite.min() + 1e-9)))
+    colours = colormaps["cividis" if metric.higher_is_better else "cividis_r"]
+    across = min(PANELS_PER_ROW, len(run.filters))
+    down = math.ceil(len(run.filters) / across)
+    figure = style.new_figure(9.6, down * (0.75 + 0.34 * len(suns)) + 0.35)
+    axes = figure.subplots(down, across, squeeze=False).ravel()
+    for panel, name in zip(axes, run.filters, strict=False):
+        grid = data[data["filter"] == name].pivot_table(
+            index="sun_lux", columns="bulb_lm", values=metric.column, dropna=False
+        )
+        values = grid.reindex(index=suns, columns=bulbs).to_numpy(np.float64)
+        _panel(panel, values, metric, norm, colours)
+        panel.set_title(style.filter_label(name))
+        panel.set_xticks(np.arange(len(bulbs)) + 0.5, [quantity(b, "lm") for b in bulbs])
+        panel.set_yticks(np.arange(len(suns)) + 0.5, [quantity(s, "lx") for s in suns])
+    for panel in axes[len(run.filters) :]:
+        panel.set_axis_off()
+    figure.supxlabel("each bulb", fontsize=9, color=style.INK)
+    figure.supylabel("sun", fontsize=9, color=style.INK)
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(axes), shrink=0.9, pad=0.02, aspect=14)
+    bar.outline.set_visible(False)
+    bar.set_label(metric.heading)
+    return figure
+
+
+def _panel(panel: Axes, values: FloatArray, metric: HeatMetric, norm: Normalize, colours: Colormap) -> None:
+    """Draw one grid of cells with the value written into each."""
+    rows, columns = values.shape
+    shown = np.ma.masked_invalid(values)
+    panel.pcolormesh(shown, norm=norm, cmap=colours, edgecolors=style.PAPER, linewidth=1.0)
+    panel.set(xlim=(0, columns), ylim=(0, rows))
+    for (row, column), value in np.ndenumerate(values):
+        text = MISSING if math.isnan(value) else number(value, metric.digits)
+        panel.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=_on(value, norm, colours))
+    panel.tick_params(length=0)
+    for spine in panel.spines.values():
+        spine.set_visible(False)
+
+
+def _on(value: float, norm: Normalize, colours: Colormap) -> str:
+    """Black or white, whichever reads better on the cell (relative luminance, WCAG 2)."""
+    if math.isnan(value):
+        return style.MUTED
+    rgb = np.array(colours(norm(value))[:3])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    luminance = float(linear @ [0.2126, 0.7152, 0.0722])
+    return "#000000" if (luminance + 0.05) / 0.05 > 1.05 / (luminance + 0.05) else "#fefefe"

@@ -1,0 +1,46 @@
+"""The contact sheet of the strips, for use outside the page; its data is the runner's ``strips.csv``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from reports import style
+from reports.errors import ReportError
+from reports.run import Run
+from reports.strips import PICTURES, Strip
+from reports.wording import number
+
+
+def draw(run: Run, strips: Sequence[Strip]) -> Path | None:
+    """Save ``figures/strips.png``; None without strips."""
+    if not strips:
+        return None
+    from matplotlib import image
+
+    with style.styled():
+        figure = style.new_figure(11.0, 1.62 * len(strips) + 0.3)
+        axes = figure.subplots(len(strips), len(PICTURES), squeeze=False)
+        for row, strip in zip(axes, strips, strict=True):
+            for panel, kind in zip(row, PICTURES, strict=True):
+                try:
+                    panel.imshow(image.imread(strip.files[kind]), cmap="gray", interpolation="nearest")
+                except (OSError, SyntaxError) as error:
+                    raise ReportError(f"{strip.files[kind]} is damaged: run the study again") from error
+                panel.set(xticks=[], yticks=[])
+                for spine in panel.spines.values():
+                    spine.set_visible(False)
+            row[0].set_ylabel(label(strip), fontsize=7)
+        for panel, title in zip(axes[0], PICTURES.values(), strict=True):
+            panel.set_title(title)
+        target = run.folder / "figures" / "strips.png"
+        aside = target.with_suffix(".png.part")
+        figure.savefig(aside, format="png", dpi=110, metadata={"Software": None})
+        os.replace(aside, target)
+    return target
+
+
+def label(strip: Strip) -> str:
+    """Which frame it is and how well it went."""
+    return f"{strip.filter}, {strip.rank}\nframe {strip.frame}\nIoU {number(strip.iou)}"

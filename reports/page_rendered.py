@@ -1,0 +1,113 @@
+"""The page of a rendered study."""
+
+from __future__ import annotations
+
+from reports import figures_effects, figures_heat, figures_map, figures_strips, headline, provenance
+from reports.comparison import Comparison, compare
+from reports.page import Page, Picture, Section, Table
+from reports.run import Run
+from reports.statistics import MIN_UNITS
+from reports.strips import strips
+from reports.tables import failures
+from reports.verdict import mask_verdict, verdict
+from reports.wording import plural
+
+
+def compose(run: Run) -> Page:
+    """Score, draw and lay out the page."""
+    comparison = compare(run)
+    further = tuple(s for s in (mask_verdict(run, comparison),) if s)
+    sections = (
+        Section("effect", "What the filters changed", pictures=_effects(run, comparison)),
+        Section("numbers", "All numbers", tables=headline.tables(run, comparison)),
+        Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
+        _strips(run),
+        Section("map", "Where the robot thought it was", pictures=_maps(run)),
+        Section("failures", "Runs that failed", bullets=_failures(run)),
+        Section("reading", "How to read this", bullets=_caveats(run, comparison)),
+    )
+    filled = tuple(s for s in sections if s.tables or s.pictures or s.strips or s.bullets)
+    return Page(
+        run.title,
+        provenance.subtitle(run),
+        verdict(run, comparison),
+        further,
+        filled,
+        provenance.lines(run),
+    )
+
+
+def _effects(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
+    path = figures_effects.draw(run, comparison)
+    if path is None:
+        return ()
+    caption = (
+        "Paired differences to doing nothing, with 95 % intervals; a hollow dot has too few repetitions for an "
+        "interval. What crosses the line at zero cannot be told apart from no effect."
+    )
+    return (Picture(path, "Change against doing nothing", caption),)
+
+
+def _heat_maps(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
+    drawn = ((metric, figures_heat.draw(run, comparison, metric)) for metric in figures_heat.METRICS)
+    caption = (
+        "Sun (facing it, lx) against bulbs (each, lm). All panels share one colour scale; brighter is better."
+    )
+    return tuple(Picture(path, metric.title, caption) for metric, path in drawn if path)
+
+
+def _strips(run: Run) -> Section:
+    chosen, stored = strips(run)
+    figures_strips.draw(run, chosen)
+    left = stored - len(chosen)
+    note = (
+        f"{plural(left, 'further strip')} left out to keep the page small; all are in figures/strips."
+        if left
+        else ""
+    )
+    text = (
+        "For each filter the frames with the best, the median and the worst mask (IoU). White in a mask is what "
+        "light affects.",
+    )
+    return Section(
+        "strips", "What the filters see and make", text if chosen else (), strips=chosen, strips_note=note
+    )
+
+
+def _maps(run: Run) -> tuple[Picture, ...]:
+    caption = (
+        "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest light "
+        "with the lowest seed, chosen before any result was known."
+    )
+    drawn = ((scene, figures_map.draw_rendered(run, scene)) for scene in run.scenes)
+    return tuple(Picture(path, f"Map of the scene {scene}", caption) for scene, path in drawn if path)
+
+
+def _failures(run: Run) -> tuple[str, ...]:
+    return tuple(f"{f.filter}: {plural(f.count, 'run')}: {f.reason}" for f in failures(run))
+
+
+def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
+    frames = comparison.frames
+    seeds = run.runs["seed"].nunique()
+    texts = [
+        "An interval covers 95 %: it is a bootstrap percentile interval, widened for small samples as Student's t is "
+        f"(Hesterberg 2015). With fewer than {MIN_UNITS} units none is given, because none could reach 95 %. Each "
+        "interval stands for itself; with many of them, about one in twenty misses by chance.",
+        f"Picture and landmark scores resample {plural(frames.blocks, 'unit')} ({frames.unit}), since a frame hardly "
+        "differs from the one before it; the length follows from the run's own correlation (Politis & White 2004). The "
+        "same blocks serve each filter and each illumination.",
+        f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')}; illuminations are fixed "
+        "conditions. A difference is taken between two runs of the same illumination and seed.",
+        "The sensor's noise was drawn once for each picture, the same for each filter: the intervals of picture scores "
+        "hold the scatter between places on the tour, not between exposures.",
+        "Recall is landmarks found over landmarks visible, summed over all frames; precision is landmarks found over "
+        "detections. PSNR averages squared errors, not decibels. Mask scores leave out pictures without any truly "
+        "affected pixel. Filter time is the median for one picture.",
+        "The intervals speak for this scene, this camera and this tour; they cannot speak for others.",
+    ]
+    if frames.left_out:
+        texts.append(
+            f"{plural(frames.left_out, 'frame')} that not every filter has were left out of all comparisons."
+        )
+    return tuple(texts)

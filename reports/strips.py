@@ -1,0 +1,120 @@
+"""Strips: raw, true mask, predicted mask, repaired and true diffuse picture of a few frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from reports.errors import ReportError
+from reports.illuminations import quantity
+from reports.run import BASELINE, Run, records
+from reports.tracks import read_csv
+
+PICTURES = {
+    "raw": "raw",
+    "true_mask": "true mask",
+    "predicted_mask": "predicted mask",
+    "repaired": "repaired",
+    "true_diffuse": "true diffuse",
+}
+COLUMNS = ("scene", "illumination", "filter", "frame", "rank", "iou", "psnr_db", *PICTURES)
+RANKS = ("best", "median", "worst")
+PNG = b"\x89PNG\r\n\x1a\n"
+BUDGET_BYTES = 3_500_000
+"""Of PNG on the page: base64 adds a third, and the page must stay far below 8 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """One frame under one filter.
+
+    Attributes
+    ----------
+    filter, rank, light : str
+    frame : int
+    iou, psnr_db : float
+    files : dict
+        Kind of picture → path.
+    """
+
+    filter: str
+    rank: str
+    light: str
+    frame: int
+    iou: float
+    psnr_db: float
+    files: dict[str, Path]
+
+
+def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
+    """The strips that fit on a page, and how many the run stored.
+
+    Filters come before the baseline, bright light before dim, best before worst; what does not fit is left
+    out from the end of that order.
+
+    Raises
+    ------
+    ReportError
+        A listed picture is missing or no PNG.
+    """
+    path = run.folder / "figures" / "strips.csv"
+    if not path.exists():
+        return (), 0
+    rows = records(read_csv(path, COLUMNS))
+    levels = {
+        str(name): (float(sun), float(bulb))
+        for name, sun, bulb in run.frames[["illumination", "sun_lux", "bulb_lm"]].drop_duplicates().to_numpy()
+    }
+    rows.sort(key=lambda row: _order(row, run, levels))
+    chosen: list[Strip] = []
+    spent = 0
+    for row in rows:
+        strip = _strip(row, run.folder / "figures" / "strips", levels)
+        spent += sum(file.stat().st_size for file in strip.files.values())
+        if chosen and spent > BUDGET_BYTES:
+            break
+        chosen.append(strip)
+    return tuple(chosen), len(rows)
+
+
+def _order(row: dict[str, Any], run: Run, levels: dict[str, tuple[float, float]]) -> tuple[Any, ...]:
+    sun, bulb = levels.get(str(row["illumination"]), (0.0, 0.0))
+    name, rank = str(row["filter"]), str(row["rank"])
+    position = run.filters.index(name) if name in run.filters else len(run.filters)
+    return (
+        name == BASELINE,
+        -sun,
+        -bulb,
+        position,
+        RANKS.index(rank) if rank in RANKS else len(RANKS),
+        int(row["frame"]),
+    )
+
+
+def _strip(row: dict[str, Any], folder: Path, levels: dict[str, tuple[float, float]]) -> Strip:
+    files = {kind: folder / str(row[kind]) for kind in PICTURES}
+    for file in files.values():
+        _check(file)
+    name = str(row["illumination"])
+    sun, bulb = levels.get(name, (float("nan"), float("nan")))
+    light = f"sun {quantity(sun, 'lx')}, bulbs {quantity(bulb, 'lm')}" if name in levels else name
+    return Strip(
+        str(row["filter"]),
+        str(row["rank"]),
+        light,
+        int(row["frame"]),
+        float(row["iou"]),
+        float(row["psnr_db"]),
+        files,
+    )
+
+
+def _check(file: Path) -> None:
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(len(PNG))
+    except OSError as error:
+        raise ReportError(f"{file} is missing: run the study again") from error
+    if head != PNG:
+        raise ReportError(f"{file} is no PNG picture: run the study again")
