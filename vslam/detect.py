@@ -28,19 +28,20 @@ class DetectorSettings:
     min_radius_m, max_radius_m : float
         Of the painted discs.
     max_range_m, half_angle_deg : float
-        Table 4-1's sensor: 12 m, ±75°. The picture's resolution ends earlier, where a disc is thinner than a pixel.
+        Table 4-1's sensor: 12 m, ±75°. The resolution ends earlier, where a disc is thinner than a pixel.
     min_contrast : float
-        Paint and floor differ by at least this share of the brighter of the two, linear light. Below it a disc is
-        not told from shading; paints of the standard contrast 0.3 or more keep it under half their weight of glare.
+        Paint and floor differ by at least this share of the brighter of the two, in linear light: what an eye
+        takes for a patch of paint and not for the floor's own unevenness.
     blur_px : float
         Standard deviation of the lens's point spread, pixels; 0.35 is a lens matched to its pixels.
     max_misfit : float
-        Root mean square residual of the fit over its contrast: a disc's own is noise (contrast ≥ 5 σ → 0.2).
+        Root mean square residual beyond noise over the contrast. The edge of a disc sampled once per pixel is
+        off by ±½ evenly (0.29) in the fifth of the window's pixels that it crosses: 0.29 · √0.2 = 0.13.
     min_evenness : float
-        The weakest eighth of the rim has at least this share of the disc's contrast: a disc has a rim all around.
+        The weakest eighth of the rim has at least this share of the contrast: a disc has a rim all around.
     min_significance : float
-        Contrast over its standard deviation. The search looks at some 10⁶ places, sizes and polarities and fits four
-        numbers; noise alone exceeds χ²₄ = 7² there once in a thousand pictures.
+        Contrast over its standard deviation. The search looks at some 10⁶ places, sizes and polarities and
+        fits four numbers; noise alone exceeds χ²₄ = 7² there once in a thousand pictures.
     max_sigma_m : float
         A centre less certain than half the smallest disc is no landmark.
     """
@@ -85,10 +86,10 @@ class Discs:
 class DiscDetector:
     """White and black discs on a floor, by a ring test and a fit of the disc's image.
 
-    Every pixel asks whether a small ring on the floor around it is brighter (or darker) throughout than a larger one
-    (`detect_seeds`). Each answer is refined by fitting the picture that a disc of free centre, radius and contrast on
-    an evenly shaded floor would give, integrated over the pixels (`detect_fit`). So near discs of 20 pixels and far
-    ones of 2 × 6 take the same way, and the covariance is the fit's own.
+    Every pixel asks whether a small ring on the floor around it is brighter (or darker) throughout than a
+    larger one (`detect_seeds`). Each answer is refined by fitting the picture that a disc of free centre, radius
+    and contrast under evenly sloping light would give, integrated over the pixels (`detect_fit`). So near discs
+    of 20 pixels and far ones of 2 × 6 take the same way, and the covariance is the fit's own.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ class DiscDetector:
             raise VslamError(
                 f"detector: needs a uint8 picture of {expected}, not {image.dtype} {image.shape}"
             )
-        encoded = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        encoded = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
         linear = linear_luminance(image)
         seeds = find_seeds(encoded, self._tables, self._floor, 0.5 * self._encoded_contrast)
         found: list[_Fit] = []
@@ -238,7 +239,7 @@ def _decoded() -> FloatArray:
 
 
 def encoded_noise(grey: NDArray[np.uint8]) -> float:
-    """Noise of a picture, grey levels: Immerkær (1996), with the median for the mean, which edges do not move.
+    """Noise of a picture, grey levels: Immerkær (1996), with the median for the mean against edges.
 
     Parameters
     ----------

@@ -2,12 +2,13 @@
 
 Model
 -----
-I(pixel) = a + b·Δu + c·Δv + k · coverage(pixel; x, y, r): an evenly sloping floor, and paint of contrast k where the
-disc of radius r around (x, y) on the floor covers the pixel's point spread. Coverage is the mean over 5 × 5 samples
-of the spread (a box of one pixel convolved with the lens's Gaussian), each with a soft edge of the width that the
-samples leave out; so it also holds for a disc that is one pixel thick.
-Levenberg-Marquardt (Moré 1978). The covariance is the heteroscedasticity-consistent HC3 of MacKinnon & White (1985):
-the residuals at the disc's edge, not those of the flat floor, say how well the edge is known.
+I(pixel) = (a + b·Δu + c·Δv) · (1 + k · coverage(pixel; x, y, r)): light that slopes evenly and shades floor and
+paint alike, and paint of contrast k where the disc of radius r around (x, y) covers the pixel's point spread.
+Coverage is the mean over 5 × 5 samples of the spread (a box of one pixel convolved with the lens's Gaussian),
+each with a soft edge of the width that the samples leave out; so it holds for a disc one pixel thick, too.
+
+Levenberg-Marquardt (Moré 1978). The covariance is the heteroscedasticity-consistent HC3 of MacKinnon & White
+(1985): the residuals at the disc's edge, not those of the flat floor, say how well the edge is known.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     -------
     ok : bool
     q : (7,) float64
-        x, y, r (metres), k, a, b, c (linear light; b and c per pixel from the seed).
+        x, y, r (metres), k, and a, b, c (linear light; b and c per pixel from the seed).
     cov : (4, 4) float64
         Of x, y, r, k.
     rms : float
@@ -129,7 +130,7 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
 
 @njit(cache=True)
 def _box(linear, jacobian, row, col, radius):  # type: ignore[no-untyped-def]
-    """Rows and columns (first, past the last) of a box around a circle on the floor, with slack for perspective."""
+    """Rows and columns (first, past the last) of a box around a floor circle, with slack for perspective."""
     a, b = jacobian[row, col, 0, 0], jacobian[row, col, 0, 1]
     c, d = jacobian[row, col, 1, 0], jacobian[row, col, 1, 1]
     det = abs(a * d - b * c)
@@ -180,7 +181,7 @@ def _start(linear, floor, jacobian, row, col, ring, box, q):  # type: ignore[no-
 
 @njit(cache=True, fastmath=True)
 def _gap(dx, dy, J, radius):  # type: ignore[no-untyped-def]
-    """From a floor point at (dx, dy) from the centre to the disc's edge: pixels, positive inside; and the slope."""
+    """Pixels from (dx, dy) to the disc's edge (positive inside), their slope per metre, and the way out."""
     distance = np.sqrt(dx * dx + dy * dy)
     if distance < 1e-9:
         return 1e3, 1.0, 0.0, 0.0
@@ -285,7 +286,7 @@ def _hc3(design, residual, inverse):  # type: ignore[no-untyped-def]
 def _evenness(floor, rows, cols, covers, residual, q):  # type: ignore[no-untyped-def]
     """Edge contrast by sector: 1 where all of the rim fits, near 0 (or above 2) where a side is missing.
 
-    In each of eight sectors the residuals are regressed on the coverage; the sector's contrast is k plus that slope.
+    In each of eight sectors the residuals are regressed on the coverage; that slope adds to the contrast.
     A sector counts when its pixels lie on both sides of the edge. Returns the weakest over k.
     """
     n = np.zeros(8)

@@ -1,4 +1,4 @@
-"""Where a disc may be: pixels whose small ring on the floor is all brighter, or all darker, than their large ring."""
+"""Where a disc may be: pixels whose small ring on the floor is brighter, or darker, than their large one."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 _INNER, _OUTER = 4, 12  # samples on the rings
-# Least step between the rings, grey levels. That all 5 inner samples exceed all 12 outer ones happens in pure noise
-# with probability 1/6188, so two levels on top of it are enough.
+# Least step between the rings, grey levels. That all 5 inner samples exceed all 12 outer ones happens in pure
+# noise with probability 1/6188, so two levels on top of it are enough.
 LEAST_STEP = 2.0
 
 
@@ -47,7 +47,7 @@ def ring_tables(
 ) -> tuple[RingTable, ...]:
     """Tables for small and for large discs, whose sizes meet at the geometric mean.
 
-    A ring table covers the pixels within range and bearing where the smallest of its discs is a pixel thick and
+    A table covers the pixels within range and bearing where the smallest of its discs is a pixel thick and
     whose rings lie inside the picture.
     """
     middle = float(np.sqrt(min_radius_m * max_radius_m))
@@ -88,7 +88,7 @@ def _ring(
     count: int,
     stretch_px: float,
 ) -> FloatArray:
-    """(n, count, 2): nearest pixels to a circle on the floor, pushed outwards in the picture; −1 outside it."""
+    """(n, count, 2): nearest pixels to a floor circle, pushed outwards in the picture; −1 outside it."""
     angle = 2.0 * np.pi * np.arange(count) / count
     circle = floor[:, None] + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     robot = np.concatenate([circle, np.zeros((*circle.shape[:2], 1))], axis=2).reshape(-1, 3)
@@ -102,7 +102,7 @@ def _ring(
 
 @njit(cache=True)
 def _answers(grey, centres, rings, least, share, found, strength):  # type: ignore[no-untyped-def]
-    """Pixels that pass the ring test: number of them; their pixel and signed contrast are written to the arrays."""
+    """Count the pixels that pass the ring test; write their number and signed contrast to the arrays."""
     n = 0
     for i in range(len(centres)):
         centre = grey[centres[i]]
@@ -151,7 +151,7 @@ class Seed:
 def find_seeds(
     grey: NDArray[np.uint8], tables: tuple[RingTable, ...], floor: FloatArray, share: float
 ) -> list[Seed]:
-    """The answers to the ring test, strongest first; of one table none nearer than half its ring to a stronger one.
+    """Answers to the ring test, strongest first; of a table none nearer than half its ring to a stronger one.
 
     Parameters
     ----------
