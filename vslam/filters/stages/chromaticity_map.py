@@ -20,7 +20,10 @@ from vslam.filters.stages.srgb import DECODED
 CELL = 8
 HUES = 12  # of 30°: primary, secondary and tertiary colours
 
-_BRIGHTEST, _TOTAL, _COUNT = 0, 1, 2  # what a grid cell sums over its pixels: max_c I_c, Σ_c I_c, 1
+SPREADS = 3.0  # standard deviations; a mask holds thousands of pixels, so a 5 % level would show as speckle
+
+# What a grid cell sums over its pixels, T = Σ_c I_c: T (σ − 1/3), T (σ − 1/3)², T, 1
+_EXCESS, _SQUARE, _TOTAL, _COUNT = 0, 1, 2, 3
 
 
 def chromaticity_map(
@@ -32,12 +35,16 @@ def chromaticity_map(
     mean of σ weighted by brightness, as the noise of σ asks for. Too dark and clipped pixels do not serve
     (as in ``picture_chromaticity``).
 
-    Known bias: gloss too weak for the mask lowers σ around a highlight, so Λmax comes out low and the
-    repair stops short of the diffuse colour. A local maximum would not, but it would turn pale walls into
-    the darker surface of their hue next to them.
+    A highlight lowers the σ of a surface. A pixel whose σ is not lower than this mean by ``SPREADS``
+    standard deviations of σ in the same neighbourhood shows no highlight: its Λmax is NaN. Without this,
+    eq. 3-5 multiplies the noise of pale walls by up to 34.
+
+    Known limits: gloss too weak for the mask lowers σ around a highlight, so Λmax comes out low and the
+    repair stops short of the diffuse colour. And where the mask covers all of a surface, Λmax comes from
+    others of its hue: a pale wall is then taken for a highlight on the darker floor.
 
     A masked pixel that is itself grey has no hue: it may be white paint or nothing but highlight, and eq.
-    3-5 cannot tell the two apart. Its Λmax is NaN, and so is that of a pixel whose hue occurs nowhere
+    3-5 cannot tell the two apart. Its Λmax is NaN too, and so is that of a pixel whose hue occurs nowhere
     among the highlight-free ones.
 
     Parameters
@@ -59,7 +66,7 @@ def chromaticity_map(
         levels.append(_pull(levels[-1]))
     for coarse, fine in zip(levels[:0:-1], levels[-2::-1], strict=True):
         _push(coarse, fine)
-    filled: NDArray[np.float32] = _slice(levels[0], image, mask, DECODED, GREY)
+    filled: NDArray[np.float32] = _slice(levels[0], image, mask, DECODED, GREY, SPREADS)
     return filled
 
 
@@ -85,8 +92,8 @@ def _splat(image, highlight_free, decoded, grey_limit, darkest):  # type: ignore
     """
     height, width = highlight_free.shape
     rows, columns = (height + CELL - 1) // CELL, (width + CELL - 1) // CELL
-    grid = np.zeros((rows, columns, HUES, 3), dtype=np.float32)
-    grey = np.zeros((rows, columns, 3), dtype=np.float32)
+    grid = np.zeros((rows, columns, HUES, 4), dtype=np.float32)
+    grey = np.zeros((rows, columns, 4), dtype=np.float32)
     for row in range(height):
         for column in range(width):
             if not highlight_free[row, column]:
@@ -100,7 +107,9 @@ def _splat(image, highlight_free, decoded, grey_limit, darkest):  # type: ignore
             cell = grey[row // CELL, column // CELL]
             if decoded[brightest] > grey_limit * total:
                 cell = grid[row // CELL, column // CELL, int(_hue(red, green, blue)) % HUES]
-            cell[_BRIGHTEST] += decoded[brightest]
+            excess = decoded[brightest] - total / np.float32(3.0)
+            cell[_EXCESS] += excess
+            cell[_SQUARE] += excess * excess / total
             cell[_TOTAL] += total
             cell[_COUNT] += 1.0
     for hue in range(HUES):
@@ -112,7 +121,7 @@ def _splat(image, highlight_free, decoded, grey_limit, darkest):  # type: ignore
 def _pull(fine):  # type: ignore[no-untyped-def]
     """Make the grid with cells twice as wide."""
     rows, columns = fine.shape[0], fine.shape[1]
-    coarse = np.zeros(((rows + 1) // 2, (columns + 1) // 2, HUES, 3), dtype=np.float32)
+    coarse = np.zeros(((rows + 1) // 2, (columns + 1) // 2, HUES, 4), dtype=np.float32)
     for row in range(rows):
         for column in range(columns):
             coarse[row // 2, column // 2] += fine[row, column]
@@ -121,22 +130,32 @@ def _pull(fine):  # type: ignore[no-untyped-def]
 
 @njit("void(float32[:, :, :, ::1], float32[:, :, :, ::1])", cache=True)
 def _push(coarse, fine):  # type: ignore[no-untyped-def]
-    """Add the mean pixel of the coarser cell to each cell: one pixel's worth, which decides where none is."""
+    """Add the mean pixel of the coarser cells around each cell: it decides where there is no other.
+
+    Linear between the four nearest coarser cells (weights 9, 3, 3, 1 of 16), so that no cell border shows.
+    """
+    rows, columns = coarse.shape[0], coarse.shape[1]
     for row in range(fine.shape[0]):
         for column in range(fine.shape[1]):
-            for hue in range(HUES):
-                wider = coarse[row // 2, column // 2, hue]
-                if wider[_COUNT] > 0.0:
-                    share = np.float32(1.0) / wider[_COUNT]
-                    for k in range(3):
-                        fine[row, column, hue, k] += share * wider[k]
+            for dy in range(2):
+                y = min(max(row // 2 + dy * (2 * (row % 2) - 1), 0), rows - 1)
+                for dx in range(2):
+                    x = min(max(column // 2 + dx * (2 * (column % 2) - 1), 0), columns - 1)
+                    weight = (0.25 if dy else 0.75) * (0.25 if dx else 0.75)
+                    for hue in range(HUES):
+                        wider = coarse[y, x, hue]
+                        if wider[_COUNT] > 0.0:
+                            share = weight / wider[_COUNT]
+                            for k in range(4):
+                                fine[row, column, hue, k] += share * wider[k]
 
 
 @njit(
-    "float32[:, ::1](float32[:, :, :, ::1], uint8[:, :, ::1], boolean[:, ::1], float32[::1], float64)",
+    "float32[:, ::1](float32[:, :, :, ::1], uint8[:, :, ::1], boolean[:, ::1],"
+    " float32[::1], float64, float64)",
     cache=True,
 )
-def _slice(grid, image, mask, decoded, grey_limit):  # type: ignore[no-untyped-def]
+def _slice(grid, image, mask, decoded, grey_limit, spreads):  # type: ignore[no-untyped-def]
     """Read the grid at each masked pixel, linear between the eight cells around its row, column and hue."""
     height, width = mask.shape
     rows, columns = grid.shape[0], grid.shape[1]
@@ -156,7 +175,7 @@ def _slice(grid, image, mask, decoded, grey_limit):  # type: ignore[no-untyped-d
             x0 = int(np.floor(x))
             z = _hue(red, green, blue) - 0.5
             z0 = int(np.floor(z))
-            brightest_sum, total_sum = 0.0, 0.0
+            excess, square, total_sum = 0.0, 0.0, 0.0
             for dy in range(2):
                 cell_row = min(max(y0 + dy, 0), rows - 1)
                 weight_y = 1.0 - abs(y - (y0 + dy))
@@ -166,8 +185,14 @@ def _slice(grid, image, mask, decoded, grey_limit):  # type: ignore[no-untyped-d
                     for dz in range(2):
                         weight = weight_yx * (1.0 - abs(z - (z0 + dz)))
                         cell = grid[cell_row, cell_column, (z0 + dz) % HUES]
-                        brightest_sum += weight * cell[_BRIGHTEST]
+                        excess += weight * cell[_EXCESS]
+                        square += weight * cell[_SQUARE]
                         total_sum += weight * cell[_TOTAL]
-            if total_sum > 0.0:
-                filled[row, column] = brightest_sum / total_sum
+            if total_sum == 0.0:
+                continue
+            mean = excess / total_sum
+            spread = np.sqrt(max(square / total_sum - mean * mean, 0.0))
+            lambda_max = 1.0 / 3.0 + mean
+            if lambda_max - max(red, green, blue) / total > spreads * spread:
+                filled[row, column] = lambda_max
     return filled
