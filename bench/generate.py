@@ -1,0 +1,192 @@
+"""Rendered pictures with their ground truth on disk, as TUM RGB-D folders that other tools open as they are."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bench.errors import BenchError, unknown_name
+from bench.options import GenerateOptions
+from bench.pictures import write_png
+from bench.progress import Progress
+from bench.provenance import version
+from bench.rendered_run import prepared
+from bench.run_facts import RunFacts
+from bench.sequences.rendered import RenderedSequence, calibration
+from bench.store import tum_lines
+from bench.study_model import Illumination, RenderedStudy
+from renderers.basis import LightBasis
+from renderers.engine import choose_engine
+from renderers.truth import Recording
+
+DEPTH_FACTOR = 5000
+"""Grey levels per metre in depth pictures, as TUM RGB-D has them."""
+
+BYTES_PER_PIXEL = 16
+"""About what a frame's five PNG files take, for the check of free disk (noise hardly compresses)."""
+
+
+def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress) -> list[Path]:
+    """Write ``OUT/<scene>/<illumination>/`` for the chosen illuminations.
+
+    Each folder is written aside and renamed when it is whole; one that exists is refused beforehand.
+
+    Returns
+    -------
+    list of Path
+        The folders written.
+
+    Raises
+    ------
+    BenchError
+        For an unknown illumination, a folder that exists or cannot be written, or too little disk.
+    """
+    illuminations = _chosen(study, options.illuminations)
+    choice = choose_engine(study.engine)
+    if choice.notice:
+        progress.notice(choice.notice)
+    folders = [options.out / study.scene.name / i.name for i in illuminations]
+    _check(folders, options.out)
+    facts = RunFacts(choice.name, choice.notice)
+    with prepared(study, choice.name, facts, progress) as sequence:
+        frames = range(min(options.frames or len(sequence), len(sequence)))
+        _check_disk(options.out, sequence, len(frames) * len(folders))
+        writers = [_Folder(f, i, sequence, facts) for f, i in zip(folders, illuminations, strict=True)]
+        try:
+            with progress.stage("generate", len(frames)) as advance:
+                for frame in frames:
+                    basis = sequence.basis(frame)
+                    for writer in writers:
+                        writer.add(frame, basis)
+                    advance(1)
+            for writer in writers:
+                writer.finish()
+        finally:
+            for writer in writers:
+                writer.discard()
+    return folders
+
+
+def _chosen(study: RenderedStudy, names: Sequence[str]) -> list[Illumination]:
+    grid = {i.name: i for i in study.illuminations.grid()}
+    for name in names:
+        if name not in grid:
+            raise unknown_name("illumination", name, grid)
+    return [grid[name] for name in dict.fromkeys(names)] or list(grid.values())
+
+
+def _check(folders: Sequence[Path], out: Path) -> None:
+    for folder in folders:
+        if folder.exists():
+            raise BenchError(f"{folder}: exists already; move it away or choose another --out")
+    try:
+        folders[0].parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BenchError(f"{out}: cannot be written ({error.strerror}); choose another with --out") from None
+
+
+def _check_disk(out: Path, sequence: RenderedSequence, pictures: int) -> None:
+    camera = sequence.study.camera
+    needed = pictures * camera.width * camera.height * BYTES_PER_PIXEL
+    free = shutil.disk_usage(out).free
+    if free < needed:
+        raise BenchError(
+            f"{out}: {free / 1e6:.0f} MB free, about {needed / 1e6:.0f} MB needed; "
+            "make room, or take fewer with --frames or --illumination"
+        )
+
+
+class _Folder:
+    """One illumination's folder while it is written."""
+
+    def __init__(
+        self, final: Path, illumination: Illumination, sequence: RenderedSequence, facts: RunFacts
+    ) -> None:
+        self._final, self._illumination, self._sequence, self._facts = final, illumination, sequence, facts
+        self._aside = final.with_name(f".{final.name}.partial-{os.getpid()}")
+        self._frames: list[int] = []
+        self._exposures: list[float] = []
+        self._white_balances: list[list[float]] = []
+        try:
+            for name in ("rgb", "depth", "mask", "diffuse", "specular"):
+                (self._aside / name).mkdir(parents=True)
+        except OSError as error:
+            raise BenchError(f"{final}: cannot be written ({error.strerror}); choose another --out") from None
+
+    def add(self, frame: int, basis: LightBasis) -> None:
+        recording = self._sequence.record(basis, self._illumination, frame)
+        diffuse, specular = self._sequence.relight(basis, self._illumination)
+        depth = np.minimum(np.round(basis.depth * DEPTH_FACTOR), 65535).astype(np.uint16)
+        for name, picture in (
+            ("rgb", recording.image),
+            ("depth", depth),
+            ("mask", recording.highlight),
+            ("diffuse", self._linear(diffuse, recording)),
+            ("specular", self._linear(specular, recording)),
+        ):
+            write_png(self._aside / name / f"{frame:06d}.png", picture)
+        self._frames.append(frame)
+        self._exposures.append(recording.exposure.seconds)
+        self._white_balances.append(recording.exposure.white_balance.tolist())
+
+    def _linear(self, luminance: np.ndarray, recording: Recording) -> np.ndarray:
+        """Luminance as 16-bit linear numbers, full well = 65535, before white balance; clipped there."""
+        sensor = self._sequence.sensor
+        share = luminance * (sensor.electrons_per_luminance * recording.exposure.seconds / sensor.full_well_e)
+        return np.asarray(np.round(np.clip(share, 0, 1) * 65535).astype(np.uint16))
+
+    def finish(self) -> None:
+        tour = self._sequence.scene.tour
+        stamps = tour.stamps[self._frames]
+        for name in ("rgb", "depth"):
+            lines = [f"{t:.6f} {name}/{k:06d}.png\n" for t, k in zip(stamps, self._frames, strict=True)]
+            self._text(f"{name}.txt", f"# timestamp filename\n{''.join(lines)}")
+        track = tum_lines(stamps, tour.poses[self._frames])
+        self._text("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + "\n".join(track) + "\n")
+        marks = [
+            f"{m.id},{m.position[0]:.6f},{m.position[1]:.6f},{m.radius:.6f},{'white' if m.white else 'black'}\n"
+            for m in self._sequence.scene.landmarks
+        ]
+        self._text("landmarks.csv", f"id,x_m,y_m,radius_m,colour\n{''.join(marks)}")
+        self._text("meta.json", json.dumps(self._meta(), indent=2) + "\n")
+        self._aside.rename(self._final)
+
+    def discard(self) -> None:
+        """Remove what was not finished."""
+        shutil.rmtree(self._aside, ignore_errors=True)
+
+    def _text(self, name: str, text: str) -> None:
+        (self._aside / name).write_text(text, encoding="utf-8", newline="\n")
+
+    def _meta(self) -> dict[str, object]:
+        study, view = self._sequence.study, calibration(self._sequence.study)
+        return {
+            "scene": self._sequence.scene.name,
+            "illumination": vars(self._illumination),
+            "frames": len(self._frames),
+            "glarebench": version("glarebench"),
+            "engine": self._facts.engine,
+            "seed": study.seed,
+            "camera": {
+                "model": view.model,
+                "width": view.width,
+                "height": view.height,
+                "fx": view.fx,
+                "fy": view.fy,
+                "cx": view.cx,
+                "cy": view.cy,
+                "T_robot_camera": view.T_robot_camera.tolist(),
+            },
+            "poses": "groundtruth.txt holds T_world_robot; multiply by T_robot_camera for the camera",
+            "depth": {"factor": DEPTH_FACTOR, "meaning": "z in the camera frame; 0 = none; exact, without noise"},
+            "linear": "diffuse + specular: 65535 = full well, before white balance, noise-free, clipped",
+            "mask": f"255 where specular light adds at least {study.sensor.highlight_threshold:g} of 255 levels",
+            "sensor": study.sensor.model_dump(mode="json"),
+            "exposure_s": self._exposures,
+            "white_balance": self._white_balances,
+        }

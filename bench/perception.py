@@ -1,0 +1,142 @@
+"""Phases 1 to 3 and detection, frame by frame: render, record, filter, detect, score."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.metrics import detection, mask, restoration
+from bench.sequences.rendered import RenderedSequence, calibration
+from bench.study_model import FilterChoice, Illumination
+from renderers.basis import LightBasis
+from renderers.truth import Recording
+from vslam.detect import DiscDetector
+from vslam.filters import registry
+from vslam.filters.base import LightFilter
+from vslam.frame import Observations
+from vslam.scan import Scan, scan
+
+VISIBLE_SHARE, VISIBLE_PIXELS = 0.5, 12
+"""A landmark counts as visible if half of its area is in view and unoccluded and its picture has so many
+pixels: an ellipse has five parameters, and a smaller blob leaves too few edge pixels to fit them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Percept:
+    """What one picture gave one filter variant.
+
+    Attributes
+    ----------
+    observations : Observations
+        The detector's, ids −1.
+    landmark : (n,) int64
+        True landmark of each observation (row in the scene's list), −1 for none. For scoring only.
+    """
+
+    observations: Observations
+    landmark: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class FramePercepts:
+    """All that one pose of the tour gave.
+
+    Attributes
+    ----------
+    rows : list of dict
+        Rows of the frames table.
+    percepts : dict of (illumination name, filter label) to Percept
+    scan : Scan
+        The virtual laser scan from the depth image; light does not touch it.
+    """
+
+    frame: int
+    rows: list[dict[str, object]]
+    percepts: dict[tuple[str, str], Percept]
+    scan: Scan
+
+
+class Perception:
+    """Runs the perception of a study's frames; lives in a worker process."""
+
+    def __init__(self, sequence: RenderedSequence, engine: str) -> None:
+        study = sequence.study
+        self._sequence, self._engine = sequence, engine
+        self._illuminations = study.illuminations.grid()
+        self._filters = [(choice.label, make_filter(choice)) for choice in study.filters]
+        self._calibration = calibration(study)
+        self._detect: Callable[[NDArray[np.uint8]], Observations] = DiscDetector(self._calibration)
+
+    def frame(self, frame: int) -> FramePercepts:
+        """Render one pose once, then record, filter, detect and score it under every illumination."""
+        basis = self._sequence.basis(frame)
+        visible = visible_landmarks(basis)
+        rows, percepts = [], {}
+        for illumination in self._illuminations:
+            recording = self._sequence.record(basis, illumination, frame)
+            target = restoration.Target(recording.diffuse)
+            for label, light_filter in self._filters:
+                row, percept = self._variant(frame, recording, target, light_filter, visible)
+                rows.append(self._labels(illumination, frame, label) | row)
+                percepts[illumination.name, label] = percept
+        depth = self._sequence.measured_depth(basis, frame)
+        return FramePercepts(frame, rows, percepts, scan(depth, self._calibration))
+
+    def _variant(
+        self,
+        frame: int,
+        recording: Recording,
+        target: restoration.Target,
+        light_filter: LightFilter,
+        visible: NDArray[np.bool_],
+    ) -> tuple[dict[str, object], Percept]:
+        start = time.perf_counter()
+        filtered = light_filter(recording.image)
+        seconds = time.perf_counter() - start
+        observations = self._detect(filtered.image)
+        masks = mask.evaluate(filtered.mask, recording.highlight, filtered.score)
+        repaired = restoration.evaluate(filtered.image, target, recording.highlight)
+        discs = self._landmarks_from(frame)
+        found = detection.evaluate(observations.points, discs[visible], discs)
+        row = {
+            **vars(masks),
+            **vars(repaired),
+            "landmarks_visible": found.visible,
+            "landmarks_detected": found.detected,
+            "detections_true": found.true,
+            "filter_ms": 1e3 * seconds,
+        }
+        return row, Percept(observations, found.assigned_ids)
+
+    def _labels(self, illumination: Illumination, frame: int, label: str) -> dict[str, object]:
+        return {
+            "scene": self._sequence.scene.name,
+            "illumination": illumination.name,
+            "sun_lux": illumination.sun_lux,
+            "bulb_lm": illumination.bulb_lm,
+            "frame": frame,
+            "filter": label,
+            "engine": self._engine,
+        }
+
+    def _landmarks_from(self, frame: int) -> NDArray[np.float64]:
+        """The true landmarks in the robot's frame (eq. 3-6), (n, 2) metres."""
+        x, y, theta = self._sequence.scene.tour.poses[frame]
+        c, s = np.cos(theta), np.sin(theta)
+        offset = self._sequence.scene.landmark_positions - (x, y)
+        return np.asarray(offset @ np.array([[c, -s], [s, c]]))
+
+
+def make_filter(choice: FilterChoice) -> LightFilter:
+    """The light filter of a study's choice."""
+    return registry.create(choice.name, **choice.parameters)
+
+
+def visible_landmarks(basis: LightBasis) -> NDArray[np.bool_]:
+    """(n,) bool: which of the scene's landmarks the picture shows well enough to be found."""
+    pixels = np.bincount(basis.landmark[basis.landmark >= 0], minlength=len(basis.visible_share))
+    return np.asarray((basis.visible_share >= VISIBLE_SHARE) & (pixels >= VISIBLE_PIXELS))

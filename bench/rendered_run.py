@@ -1,0 +1,171 @@
+"""The main job over a rendered scene: perceive every frame, localise every variant, keep the evidence."""
+
+from __future__ import annotations
+
+import functools
+import pickle
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from bench import strips
+from bench.data import cache_folder
+from bench.localisation import Localised, Variant, World, localise
+from bench.metrics import navigation
+from bench.perception import FramePercepts, Perception
+from bench.progress import Progress
+from bench.rng import generator
+from bench.run_facts import RunFacts, landmark_csv, run_stem
+from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.store import RunFolder
+from bench.study_model import RenderedStudy
+from bench.workers import Workers, workers
+from renderers.engine import choose_engine
+from scenes.occupancy import true_occupancy
+
+
+def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress) -> RunFacts:
+    """Run a rendered study into a run folder with ``count`` processes."""
+    choice = choose_engine(study.engine)
+    if choice.notice:
+        progress.notice(choice.notice)
+    facts = RunFacts(choice.name, choice.notice)
+    with prepared(study, choice.name, facts, progress) as sequence, workers(count) as pool:
+        with facts.timed("perceive"):
+            percepts = _perceive(sequence, choice.name, pool, progress, threads=0 if count <= 1 else 1)
+        with facts.timed("localise"):
+            localised = _localise(sequence, percepts, pool, progress)
+        with facts.timed("evidence"), progress.stage("pictures", 1) as advance:
+            _write(folder, sequence, percepts, localised)
+            advance(1)
+    return facts
+
+
+@contextmanager
+def prepared(
+    study: RenderedStudy, engine: str, facts: RunFacts, progress: Progress
+) -> Iterator[RenderedSequence]:
+    """The study's sequence with its light baked where worker processes will find it."""
+    with _writable_cache() as cache:
+        with facts.timed("bake"), progress.stage("bake light", 1) as advance:
+            setup = SequenceSetup(study, engine, light_colours(load_scene(study)), 0, cache)
+            sequence = RenderedSequence(setup)
+            renderer = sequence.renderer
+            advance(1)
+        try:
+            yield sequence
+        finally:
+            renderer.close()
+
+
+@contextmanager
+def _writable_cache() -> Iterator[Path]:
+    """The user's cache, or a folder for this run alone where that one cannot be written."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError:
+        with tempfile.TemporaryDirectory() as own:
+            yield Path(own)
+        return
+    yield folder
+
+
+@functools.lru_cache(maxsize=1)
+def _perception(pickled_setup: bytes) -> Perception:
+    """This process's perception; made once, at its first frame."""
+    setup: SequenceSetup = pickle.loads(pickled_setup)
+    return Perception(RenderedSequence(setup), setup.engine)
+
+
+def _perceive_frame(task: tuple[bytes, int]) -> FramePercepts:
+    pickled_setup, frame = task
+    return _perception(pickled_setup).frame(frame)
+
+
+def _perceive(
+    sequence: RenderedSequence, engine: str, pool: Workers, progress: Progress, threads: int
+) -> list[FramePercepts]:
+    setup = pickle.dumps(sequence.setup_with(threads))
+    percepts = []
+    with progress.stage("perceive", len(sequence)) as advance:
+        for result in pool.map(_perceive_frame, [(setup, k) for k in range(len(sequence))]):
+            percepts.append(result)
+            advance(1)
+    return percepts
+
+
+def _localise(
+    sequence: RenderedSequence, percepts: list[FramePercepts], pool: Workers, progress: Progress
+) -> list[tuple[Variant, list[Localised]]]:
+    variants = list(_variants(sequence, percepts))
+    done = []
+    with progress.stage("localise", len(variants) * sequence.study.seeds) as advance:
+        for variant, runs in zip(variants, pool.map(localise, variants), strict=True):
+            done.append((variant, runs))
+            advance(len(runs))
+    return done
+
+
+def _variants(sequence: RenderedSequence, percepts: list[FramePercepts]) -> Iterator[Variant]:
+    study, world = sequence.study, _world(sequence, percepts)
+    for illumination in study.illuminations.grid():
+        for choice in study.filters:
+            own = tuple(p.percepts[illumination.name, choice.label] for p in percepts)
+            yield Variant(study, world, illumination, choice.label, own)
+
+
+def _world(sequence: RenderedSequence, percepts: list[FramePercepts]) -> World:
+    study, scene = sequence.study, sequence.scene
+    task = study.navigation
+    occupancy = true_occupancy(scene, task.resolution_m)
+    x0, y0 = occupancy.origin
+    rows, cols = occupancy.blocked.shape
+    return World(
+        scene=scene.name,
+        poses=scene.tour.poses,
+        landmarks=scene.landmark_positions,
+        bounds=(x0, y0, x0 + cols * occupancy.resolution, y0 + rows * occupancy.resolution),
+        scans=tuple(p.scan for p in percepts),
+        navigation=navigation.prepare(
+            occupancy.blocked,
+            occupancy.origin,
+            occupancy.resolution,
+            task.robot_radius_m,
+            generator(study.seed, "navigation"),
+            task.pairs,
+        ),
+    )
+
+
+def _write(
+    folder: RunFolder,
+    sequence: RenderedSequence,
+    percepts: list[FramePercepts],
+    localised: list[tuple[Variant, list[Localised]]],
+) -> None:
+    scene, figures = sequence.scene, folder.path / "figures"
+    rows = [row for p in percepts for row in p.rows]
+    folder.write_frames(rows)
+    folder.write_runs([run.row for _, runs in localised for run in runs])
+    folder.write_trajectory(f"truth--{scene.name}", scene.tour.stamps, scene.tour.poses)
+    for _, runs in localised:
+        for run in runs:
+            if run.row["status"] == "ok":
+                stem = run_stem(run.row)
+                folder.write_trajectory(stem, scene.tour.stamps, run.poses)
+                if run.row["seed"] == 0:
+                    folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
+    occupancy = true_occupancy(scene, sequence.study.navigation.resolution_m)
+    np.savez_compressed(
+        figures / f"occupancy--{scene.name}.npz",
+        blocked=occupancy.blocked,
+        origin=occupancy.origin,
+        resolution=occupancy.resolution,
+    )
+    strips.write(figures, strips.choose(rows), sequence)

@@ -1,0 +1,39 @@
+"""What the provenance tells of a run besides the versions, and the names of its files."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """Engine, notice about it, and seconds per stage."""
+
+    engine: str
+    engine_notice: str = ""
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Note the seconds that a stage takes."""
+        start = time.perf_counter()
+        yield
+        self.seconds[stage] = time.perf_counter() - start
+
+
+def run_stem(row: Mapping[str, object]) -> str:
+    """File stem of what belongs to one row of the runs table."""
+    keys = ("scene", "illumination", "filter", "backend", "association", "observation")
+    return "--".join(str(row[k]) for k in keys) + f"--s{row['seed']}"
+
+
+def landmark_csv(table: NDArray[np.float64]) -> str:
+    """Landmarks of one run, (n, 5), as CSV."""
+    lines = [f"{int(i)},{a:.6f},{b:.6f},{c:.6f},{d:.6f}" for i, a, b, c, d in table]
+    return "\n".join(["id,x_true_m,y_true_m,x_est_m,y_est_m", *lines]) + "\n"

@@ -1,0 +1,46 @@
+"""Runs a study, whatever its sequence, and leaves a run folder behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench import provenance
+from bench.options import RunOptions
+from bench.progress import Progress
+from bench.store import RunFolder
+from bench.study import dump
+from bench.study_model import DlrStudy, RenderedStudy
+
+BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
+"""About what a row of a table and a line of a trajectory take, for the check of free disk."""
+
+
+def run(study: RenderedStudy | DlrStudy, options: RunOptions, progress: Progress) -> Path:
+    """Run a study.
+
+    Returns
+    -------
+    Path
+        The run's folder, ``<out>/<study>-<date>-<time>``.
+
+    Raises
+    ------
+    BenchError, SceneError, RendererError, VslamError
+        In one line; nothing is left behind then.
+    """
+    with RunFolder(options.out, study.name) as folder:
+        folder.write_text("study.yaml", dump(study))
+        if isinstance(study, DlrStudy):
+            from bench import dlr_run
+
+            facts = dlr_run.run(study, folder, options.data, progress)
+        else:
+            from bench import rendered_run
+
+            facts = rendered_run.run(study, folder, options.workers, progress)
+        collected = provenance.collect(
+            seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
+        )
+        notice = {"study": study.name, "engine_notice": facts.engine_notice}
+        folder.write_json("provenance.json", notice | collected)
+    return folder.path

@@ -1,0 +1,212 @@
+"""A rendered sequence: what the robot's sensors deliver along a scene's tour, and what is true about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.rng import generator
+from bench.study_model import Illumination, RenderedStudy
+from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
+from renderers.camera import Camera, Fisheye, Mount, Pinhole
+from renderers.illuminant import linear_srgb
+from renderers.sensor import Sensor
+from renderers.truth import Recording, record
+from scenes import library
+from scenes.model import Scene
+from vslam.camera import Calibration, mounted
+from vslam.frame import Odometry
+
+FloatArray = NDArray[np.float64]
+Colours = dict[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class SequenceSetup:
+    """All that a worker process needs to make its own `RenderedSequence`.
+
+    Attributes
+    ----------
+    engine : str
+        "rasterise" or "raycast", already resolved.
+    colours : dict of layer to (3,) float64
+        Linear sRGB of each layer's light.
+    threads : int
+        Of the ray caster in this process, 0 for all cores.
+    cache : Path, optional
+        Where baked light is kept.
+    """
+
+    study: RenderedStudy
+    engine: str
+    colours: Colours
+    threads: int
+    cache: Path | None
+
+
+class RenderedSequence:
+    """The tour of a study's scene, frame by frame, under any of its illuminations.
+
+    Every picture, depth image and odometry increment comes from a random stream of its own, so it is the
+    same in whatever order and process it is made.
+    """
+
+    def __init__(self, setup: SequenceSetup) -> None:
+        self._setup, self.study = setup, setup.study
+        self.scene = load_scene(setup.study)
+        self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
+        self.sensor = sensor(setup.study)
+
+    def __len__(self) -> int:
+        return len(self.scene.tour.stamps)
+
+    def setup_with(self, threads: int) -> SequenceSetup:
+        """The setup of the same sequence in a process with so many ray-casting threads."""
+        return replace(self._setup, threads=threads)
+
+    @cached_property
+    def renderer(self) -> SceneRenderer:
+        """The renderer of the scene; its baked light is made, or read from the cache, at first use."""
+        return SceneRenderer(
+            self.scene,
+            camera(self.study),
+            self._mount,
+            self._setup.engine,
+            self.study.camera.supersampling,
+            self._setup.threads,
+            self._setup.cache,
+        )
+
+    def basis(self, frame: int) -> LightBasis:
+        """The light basis at a frame's true pose."""
+        return self.renderer.render(self.scene.tour.poses[frame])
+
+    def relight(self, basis: LightBasis, illumination: Illumination) -> tuple[NDArray, NDArray]:
+        """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m²."""
+        return relight(basis, self._intensity(illumination), self._setup.colours)
+
+    def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
+        """Take the picture of a frame under an illumination."""
+        diffuse, specular = self.relight(basis, illumination)
+        return record(
+            self.sensor,
+            diffuse,
+            specular,
+            mean_white(basis, self._intensity(illumination), self._setup.colours),
+            generator(self.study.seed, "sensor", illumination.name, frame),
+            self.study.sensor.highlight_threshold,
+        )
+
+    def measured_depth(self, basis: LightBasis, frame: int) -> NDArray[np.float32]:
+        """The depth camera's reading: σ grows with z²; nothing beyond its range, (H, W) float32 metres."""
+        noise, depth = self.study.depth, basis.depth
+        rng = generator(self.study.seed, "depth", frame)
+        sigma = np.float32(noise.sigma_m_at_1m) * depth * depth
+        reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
+        return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
+
+    def _intensity(self, illumination: Illumination) -> dict[str, float]:
+        bulbs = {bulb.group: illumination.bulb_lm for bulb in self.scene.bulbs}
+        return {
+            self.scene.sun.name: illumination.sun_lux,
+            self.scene.sky.name: illumination.sky_lux,
+            **bulbs,
+        }
+
+
+def load_scene(study: RenderedStudy) -> Scene:
+    """The study's scene with the study's tour."""
+    return library.load(
+        study.scene.name,
+        **{
+            "seed": study.scene.seed,
+            "speed_mps": study.tour.speed_mps,
+            "frame_interval_s": study.tour.frame_interval_s,
+            **study.scene.parameters,
+        },
+    )
+
+
+def light_colours(scene: Scene) -> Colours:
+    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised."""
+    bulbs = {bulb.group: linear_srgb(bulb.illuminant) for bulb in scene.bulbs}
+    return {
+        scene.sun.name: linear_srgb(scene.sun.illuminant),
+        scene.sky.name: linear_srgb(scene.sky.illuminant),
+        **bulbs,
+    }
+
+
+def camera(study: RenderedStudy) -> Camera:
+    """The camera that the renderer looks through."""
+    choice = study.camera
+    model = Fisheye if choice.model == "fisheye" else Pinhole
+    return model(choice.width, choice.height, choice.fov_deg)
+
+
+def calibration(study: RenderedStudy) -> Calibration:
+    """What the robot knows of its camera."""
+    choice = study.camera
+    return mounted(
+        "equidistant" if choice.model == "fisheye" else "pinhole",
+        choice.width,
+        choice.height,
+        choice.fov_deg,
+        choice.height_m,
+        0.0,
+        choice.pitch_deg,
+    )
+
+
+def sensor(study: RenderedStudy) -> Sensor:
+    """The study's sensor."""
+    choice = study.sensor
+    return Sensor(
+        pixel_pitch_um=choice.pixel_pitch_um,
+        f_number=choice.f_number,
+        lens_transmission=choice.lens_transmission,
+        quantum_efficiency=choice.quantum_efficiency,
+        full_well_e=choice.full_well_e,
+        read_noise_e=choice.read_noise_e,
+        bit_depth=choice.bit_depth,
+        min_exposure_s=choice.min_exposure_s,
+        max_exposure_s=choice.max_exposure_s,
+        exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        metering_target=choice.target,
+    )
+
+
+def odometry(study: RenderedStudy, poses: FloatArray, seed: int) -> tuple[Odometry, ...]:
+    """Noisy motion increments along the true poses, with the covariance they were drawn from.
+
+    Parameters
+    ----------
+    poses : (n, 3) float64
+        True poses; the first increment is exactly zero, as the robot starts there.
+    seed : int
+        Number of the repetition.
+
+    Returns
+    -------
+    n increments
+    """
+    noise, rng = study.odometry, generator(study.seed, "odometry", seed)
+    increments = [Odometry(np.zeros(3), np.zeros((3, 3)))]
+    for before, after in zip(poses[:-1], poses[1:], strict=True):
+        c, s = np.cos(before[2]), np.sin(before[2])
+        dx, dy = after[:2] - before[:2]
+        delta = np.array([c * dx + s * dy, -s * dx + c * dy, after[2] - before[2]])
+        length, turn = float(np.hypot(dx, dy)), abs(float(delta[2]))
+        sigma = np.array(
+            [
+                noise.sigma_forward_m_per_m * length,
+                noise.sigma_lateral_m_per_m * length,
+                np.hypot(noise.sigma_heading_rad_per_m * length, noise.sigma_heading_rad_per_rad * turn),
+            ]
+        )
+        increments.append(Odometry(delta + sigma * rng.standard_normal(3), np.diag(sigma**2)))
+    return tuple(increments)
