@@ -15,6 +15,7 @@ from scenes.errors import SceneError
 from vslam.errors import VslamError
 
 ROOM_ERRORS = (BenchError, RendererError, ReportError, SceneError, VslamError)
+PROGRAM = "python -m bench"
 USER_ERROR, INTERRUPTED = 2, 130
 
 app = typer.Typer(
@@ -39,7 +40,7 @@ def _no_command(context: typer.Context) -> None:
 
 
 def main() -> None:
-    """Run the command line and exit: 0 done, 2 the user can mend it, 130 interrupted; bugs keep a traceback."""
+    """Run the command line and exit: 0 done, 2 the user can mend it, 130 interrupted. Bugs keep a trace."""
     sys.exit(execute(sys.argv[1:]))
 
 
@@ -57,10 +58,11 @@ def execute(arguments: list[str]) -> int:
         The exit code. Whatever the user can mend is one line on standard error and 2.
     """
     try:
-        code = app(arguments, prog_name="python -m bench", standalone_mode=False)
+        code = app(arguments, prog_name=PROGRAM, standalone_mode=False)
     except TyperException as error:
         message = error.format_message().replace("Value error, ", "").rstrip(".")
-        return _complain(f"{message}; see python -m bench --help")
+        context = getattr(error, "ctx", None)  # of the command that was given something wrong
+        return _complain(f"{message}; see {context.command_path if context else PROGRAM} --help")
     except ROOM_ERRORS as error:
         return _complain(str(error))
     except (KeyboardInterrupt, typer.Abort):

@@ -19,6 +19,6 @@ def show(run_dir: Path) -> None:
     """Write the page, then print the table and where the page is."""
     from reports import html, terminal
 
-    page = html.write(run_dir)
+    page = html.build(run_dir)
     typer.echo(terminal.summary(run_dir))
     typer.echo(f"report: {page}")
