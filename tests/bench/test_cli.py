@@ -1,0 +1,156 @@
+"""The command line: help with examples, light imports, one line and exit code 2 for user errors."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench import cli
+from bench.commands import run as run_command
+from bench.errors import BenchError
+from bench.study import load
+
+COMMANDS = ("run", "generate", "list", "doctor", "fetch", "report")
+HEAVY = ("open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas", "pyarrow", "numba", "scipy", "cv2")
+
+
+def bench(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "bench", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line that a command line is refused with."""
+    assert cli.execute(list(arguments)) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert re.fullmatch(r"error: [^\n]+\n", printed.err), printed.err
+    return printed.err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_helps_with_an_example(capsys, command):
+    assert cli.execute([command, "--help"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"Example: python -m bench {command}" in text
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_the_program_helps(capsys, arguments):
+    assert cli.execute(arguments) == 0
+    text = capsys.readouterr().out
+    assert all(command in text for command in COMMANDS)
+    assert "Example: " in text
+
+
+def imported(code: str) -> set[str]:
+    """The heavy packages that a fresh interpreter holds after some code."""
+    code += f"; import sys; print([m for m in {HEAVY} if m in sys.modules], file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(re.findall(r"'(\w+)'", done.stderr))
+
+
+def test_help_imports_nothing_heavy():
+    assert imported("import bench.cli; bench.cli.execute(['run', '--help'])") == set()
+
+
+@pytest.mark.parametrize("kind", ["scenes", "filters", "studies"])
+def test_lists_import_neither_renderer_nor_compiler(kind):
+    # OpenCV and SciPy load in a fraction of a second; these take several
+    slow = {"open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas"}
+    assert imported(f"import bench.cli; assert bench.cli.execute(['list', '{kind}']) == 0") & slow == set()
+
+
+@pytest.mark.parametrize(("kind", "name"), [("scenes", "corridor"), ("filters", "none"), ("studies", "dlr")])
+def test_lists_name_what_exists_with_a_line_about_it(capsys, kind, name):
+    assert cli.execute(["list", kind]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(re.match(rf"{name} +\S", line) for line in lines)
+    assert lines == sorted(lines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["run", "--study", "quik"], "unknown study 'quik': did you mean 'quick'?"),
+        (["run", "--study", "nowhere.yaml"], "study file nowhere.yaml: not found"),
+        (["run", "--bogus"], "--bogus"),
+        (["run", "--engine", "fast"], "'fast' is not one of"),
+        (["run", "--workers", "0"], "greater than or equal to 1; see python -m bench run --help"),
+        (["run", "--seed", "-1"], "greater than or equal to 0"),
+        (["run", "--study", "dlr", "--engine", "raycast"], "--engine: study 'dlr' renders nothing"),
+        (["run", "--study", "dlr", "--data", "nowhere"], "searched --data nowhere"),
+        (["generate"], "--out"),
+        (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' renders nothing"),
+        (["generate", "--out", "x", "--illumination", "sun10000-bulb80"], "did you mean 'sun10000-bulb800'"),
+        (["list", "filter"], "'filter' is not one of"),
+        (["fetch", "kitti"], "'kitti' is not one of"),
+        (["report", "nowhere"], "nowhere"),
+        (["rnu"], "rnu"),
+    ],
+)
+def test_what_the_user_can_mend_is_one_line(capsys, tmp_path, monkeypatch, arguments, expected):
+    monkeypatch.chdir(tmp_path)
+    assert expected in complaint(capsys, *arguments)
+    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == []
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("scene: {name: coridor}", "unknown scene 'coridor': did you mean 'corridor'?"),
+        ("filters: [nnoe]", "unknown filter 'nnoe': did you mean 'none'?"),
+        ("slam: {backend: efk}", "'efk': did you mean 'ekf'?"),
+        ("slam: {association: incn}", "'incn': did you mean 'icnn'?"),
+        ("sensor: {fullwell_e: 1}", "sensor.fullwell_e: unknown key: did you mean 'full_well_e'"),
+    ],
+)
+def test_a_study_is_refused_before_anything_is_rendered(capsys, tmp_path, monkeypatch, body, expected):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(f"sequence: rendered\nname: mine\n{body}\n")
+    assert expected in complaint(capsys, "run", "--study", "mine.yaml")
+    assert not Path("results").exists()
+
+
+def test_options_change_the_study_that_is_stored():
+    quick = load("quick")
+    changed = run_command._override(quick, run_command.EngineName.raycast, 42)
+    assert (changed.engine, changed.seed) == ("raycast", 42)
+    assert changed.model_copy(update={"engine": quick.engine, "seed": quick.seed}) == quick
+    assert run_command._override(quick, None, None) == quick
+
+
+def test_errors_of_every_room_are_one_line(capsys, monkeypatch):
+    for error in cli.ROOM_ERRORS:
+
+        def fail(error: type[Exception] = error) -> None:
+            raise error("what,\nwhere and what to do")
+
+        monkeypatch.setattr(cli, "app", lambda *_, fail=fail, **__: fail())
+        assert complaint(capsys, "run") == "error: what, where and what to do\n"
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"),
+    [(KeyboardInterrupt, 130), (BenchError("no"), 2), (RuntimeError("a bug"), RuntimeError)],
+)
+def test_interrupts_and_bugs(capsys, monkeypatch, raised, code):
+    def examine(*_: object) -> None:
+        raise raised
+
+    monkeypatch.setattr("bench.doctor.examine", examine)
+    if code is RuntimeError:
+        with pytest.raises(RuntimeError, match="a bug"):
+            cli.execute(["doctor"])
+    else:
+        assert cli.execute(["doctor"]) == code
+        assert capsys.readouterr().err == {130: "interrupted\n", 2: "error: no\n"}[code]
+
+
+def test_as_a_program():
+    done = bench("run", "--study", "quik")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "error: unknown study 'quik': did you mean 'quick'?\n"
+    assert bench("list", "studies").stdout.startswith("dlr ")

@@ -1,0 +1,173 @@
+"""Study files: what they fill in, and what they refuse in one line."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.errors import BenchError
+from bench.study import DlrStudy, RenderedStudy, dump, load, names, parse
+
+HEAD = "sequence: rendered\nname: mine\n"
+
+
+def refusal(text: str) -> str:
+    with pytest.raises(BenchError) as caught:
+        parse(text, "mine.yaml")
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith("mine.yaml: ")
+    return message.removeprefix("mine.yaml: ")
+
+
+@pytest.mark.parametrize("name", names())
+def test_packaged_studies_survive_a_round_trip(name):
+    study = load(name)
+    assert study.name == name
+    assert study.title
+    assert parse(dump(study), "again") == study
+
+
+def test_quick_sweeps_sun_and_bulbs():
+    study = load("quick")
+    assert isinstance(study, RenderedStudy)
+    grid = study.illuminations.grid()
+    assert [cell.name for cell in grid[:4]] == [
+        "sun0-bulb200",
+        "sun0-bulb800",
+        "sun0-bulb3200",
+        "sun10000-bulb200",
+    ]
+    assert (grid[-1].sun_lux, grid[-1].bulb_lm) == (90000, 3200)
+    # 12 klx of sky to 97 klx of sun, and no sky at night
+    assert grid[-1].sky_lux / grid[-1].sun_lux == pytest.approx(12 / 97, rel=0.01)
+    assert grid[0].sky_lux == 0
+
+
+def test_dlr_replays_both_associations_and_both_forms():
+    study = load("dlr")
+    assert isinstance(study, DlrStudy)
+    assert study.associations == ("annotated", "icnn")
+    assert study.observations == ("cartesian", "range_bearing")
+
+
+def test_a_file_is_loaded_by_path(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(HEAD)
+    assert load(file) == load(str(file)) == parse(HEAD, "mine.yaml")
+
+
+def test_dump_fills_in_every_default():
+    text = dump(parse(HEAD, "mine.yaml"))
+    for key in (
+        "full_well_e: 20000.0",
+        "sky_per_sun: 0.124",
+        "gate: 0.99",
+        "robot_radius_m: 0.25",
+        "seeds: 10",
+    ):
+        assert key in text
+
+
+def test_doing_nothing_always_comes_first_and_once():
+    study = parse(HEAD + "filters: [seed, {name: seed, label: other, parameters: {patch: 1}}, none]", "x")
+    assert [choice.label for choice in study.filters] == ["none", "seed", "other"]
+    assert [choice.name for choice in study.filters] == ["none", "seed", "seed"]
+    assert [choice.name for choice in parse(HEAD, "x").filters] == ["none"]
+
+
+def test_studies_are_immutable():
+    with pytest.raises(ValueError, match="frozen"):
+        load("quick").seed = 3
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("scene: {nmae: corridor}", "scene.nmae: unknown key: did you mean 'name'?"),
+        ("sede: 1", "sede: unknown key: did you mean 'seed'"),
+        (
+            "filters: [{name: seed, parmeters: {}}]",
+            "filters.0.parmeters: unknown key: did you mean 'parameters'?",
+        ),
+        ("slam: {zzz: 1}", "slam.zzz: unknown key: known: backend, association, observation, gate"),
+        ("seeds: many", "seeds: should be a whole number, not 'many'"),
+        ("seeds: 0", "seeds: should be greater than or equal to 1, not 0"),
+        ("camera: {model: fish}", "camera.model: should be 'fisheye' or 'pinhole', not 'fish'"),
+        (
+            "camera: {model: pinhole, fov_deg: 180}",
+            "camera: fov_deg 180: a pinhole camera needs less than 180",
+        ),
+        ("camera: fisheye", "camera: should be a mapping of keys and values, not 'fisheye'"),
+        ("sensor: {exposure: fast}", "sensor.exposure: should be 'auto' or a number, not 'fast'"),
+        ("sensor: {exposure: -1}", "sensor.exposure: should be 'auto' or greater than 0, not -1"),
+        ("sensor: {full_well_e: .inf}", "sensor.full_well_e: should be a finite number, not inf"),
+        ("sensor: {min_exposure_s: 2}", "sensor: min_exposure_s 2 exceeds max_exposure_s 0.033"),
+        ("illuminations: {sun_lux: 5}", "illuminations.sun_lux: should be a list, not 5"),
+        ("illuminations: {bulb_lm: []}", "illuminations.bulb_lm: "),
+        ("illuminations: {bulb_lm: [8, 8]}", "illuminations: sun_lux and bulb_lm: each value may stand once"),
+        ("filters: [seed, seed]", "filters: the label 'seed' stands twice"),
+        ("navigation: {pairs: 1.5}", "navigation.pairs: should be a whole number, not 1.5"),
+        ("name: again", "not valid YAML: line 3, column 1: the key 'name' stands twice"),
+        ("title: [", "not valid YAML: line 3, column "),
+        ("title: !!python/name:os.system x", "not valid YAML: line 3, column 8: could not determine"),
+        ("? [a]\n: b", "not valid YAML: line 3, column 3: the key here is not plain text"),
+    ],
+)
+def test_what_is_wrong_is_named_with_what_is_allowed(body, expected):
+    assert refusal(HEAD + body).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", "must hold keys and values"),
+        ("- a\n- b", "must hold keys and values"),
+        ("name: mine", "sequence: is missing; allowed: rendered or dlr"),
+        ("sequenz: rendered", "sequence: is missing (instead of 'sequenz'?); allowed: rendered or dlr"),
+        ("sequence: filmed", "sequence: 'filmed' is not known; allowed: rendered or dlr"),
+        ("sequence: rendered", "name: is missing"),
+        ("sequence: rendered\nname: Two Words", "name: should be a name of small letters, digits, - and _"),
+        ("sequence: dlr\nname: d\nscene: {name: corridor}", "scene: unknown key: "),
+    ],
+)
+def test_a_study_must_say_what_it_is(text, expected):
+    assert refusal(text).startswith(expected)
+
+
+def test_further_errors_are_counted():
+    assert refusal(HEAD + "seeds: 0\nseed: -1\nbogus: 1").endswith("(and 2 more)")
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("quik", "unknown study 'quik': did you mean 'quick'?"),
+        ("zzz", "unknown study 'zzz': known: "),
+        ("nowhere.yaml", "study file nowhere.yaml: not found; packaged studies are "),
+        ("./", "study file .: cannot be read: "),
+    ],
+)
+def test_a_study_that_is_not_there(name, expected):
+    with pytest.raises(BenchError) as caught:
+        load(name)
+    assert str(caught.value).startswith(expected)
+
+
+def test_a_file_that_is_no_text(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(BenchError, match="cannot be read"):
+        load(Path(file))
+
+
+@given(
+    st.text(max_size=60)
+    | st.sampled_from([HEAD + key for key in ("a: *b", "<<: 3", "3: 4", "scene: {3: 4}")])
+)
+def test_no_text_gives_anything_but_one_line(text):
+    try:
+        parse(text, "mine.yaml")
+    except BenchError as error:
+        assert "\n" not in str(error)
