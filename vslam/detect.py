@@ -87,9 +87,9 @@ class DiscDetector:
     """White and black discs on a floor, by a ring test and a fit of the disc's image.
 
     Every pixel asks whether a small ring on the floor around it is brighter (or darker) throughout than a
-    larger one (`detect_seeds`). Each answer is refined by fitting the picture that a disc of free centre, radius
-    and contrast under evenly sloping light would give, integrated over the pixels (`detect_fit`). So near discs
-    of 20 pixels and far ones of 2 × 6 take the same way, and the covariance is the fit's own.
+    larger one (`detect_seeds`). Each answer is refined by fitting the picture that a disc of free centre,
+    radius and contrast under evenly sloping light would give, integrated over the pixels (`detect_fit`). So
+    near discs of 20 pixels and far ones of 2 × 6 take the same way, and the covariance is the fit's own.
 
     Parameters
     ----------
@@ -104,7 +104,10 @@ class DiscDetector:
         shape = (calibration.height, calibration.width)
         self._floor = floor.reshape(*shape, 2)
         self._jacobian = jacobian.reshape(*shape, 2, 2)
-        self._offsets, self._soft = spread_samples(self.settings.blur_px)
+        # [0]: the full point spread; [1]: where the smallest disc has a radius of 3 pixels or more.
+        self._spread = [spread_samples(self.settings.blur_px, resolved) for resolved in (False, True)]
+        metres_per_pixel = np.linalg.norm(self._jacobian, axis=(2, 3))
+        self._resolved = np.nan_to_num(metres_per_pixel, nan=np.inf) <= self.settings.min_radius_m / 3.0
         self._tables = ring_tables(
             calibration,
             self.settings.min_radius_m,
@@ -172,7 +175,13 @@ class DiscDetector:
         """The disc at a seed, or None where it is not believed."""
         row, col = divmod(seed.pixel, self.calibration.width)
         ok, q, cov, rms, evenness = fit_disc(
-            linear, self._floor, self._jacobian, row, col, seed.ring_m, self._offsets, self._soft
+            linear,
+            self._floor,
+            self._jacobian,
+            row,
+            col,
+            seed.ring_m,
+            *self._spread[int(self._resolved[row, col])],
         )
         if not ok or (q[3] * q[4] > 0.0) != seed.white:
             return None

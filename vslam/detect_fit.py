@@ -2,10 +2,11 @@
 
 Model
 -----
-I(pixel) = (a + b·Δu + c·Δv) · (1 + k · coverage(pixel; x, y, r)): light that slopes evenly and shades floor and
-paint alike, and paint of contrast k where the disc of radius r around (x, y) covers the pixel's point spread.
+I(pixel) = (a + b·Δu + c·Δv) · (1 + k · coverage(pixel; x, y, r)): light that slopes evenly and shades floor
+and paint alike, and paint of contrast k where the disc of radius r around (x, y) covers the pixel's spread.
 Coverage is the mean over 5 × 5 samples of the spread (a box of one pixel convolved with the lens's Gaussian),
 each with a soft edge of the width that the samples leave out; so it holds for a disc one pixel thick, too.
+A disc of 3 pixels or more in radius takes one sample.
 
 Levenberg-Marquardt (Moré 1978). The covariance is the heteroscedasticity-consistent HC3 of MacKinnon & White
 (1985): the residuals at the disc's edge, not those of the flat floor, say how well the edge is known.
@@ -20,14 +21,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = 7  # x, y, r, k, a, b, c
-_SAMPLES = 5
 _ITERATIONS = 15
 
 
-def spread_samples(blur_px: float) -> tuple[FloatArray, float]:
-    """Sample offsets of the point spread along one axis and the half width of the soft edge, pixels."""
+def spread_samples(blur_px: float, resolved: bool) -> tuple[FloatArray, float]:
+    """Sample offsets of the point spread along one axis and the half width of the soft edge, pixels.
+
+    A resolved disc's edge is straight within a pixel, so that one sample with a wider edge does.
+    """
     variance = 1.0 / 12.0 + blur_px**2
-    quantiles = np.array([-1.2816, -0.5244, 0.0, 0.5244, 1.2816])  # normal, at 0.1 … 0.9
+    quantiles = np.array([0.0] if resolved else [-1.2816, -0.5244, 0.0, 0.5244, 1.2816])  # normal, 0.1 … 0.9
     offsets = quantiles * np.sqrt(variance)
     rest = variance - float(np.mean(offsets**2))
     return offsets, float(np.sqrt(5.0 * rest))  # the smooth step's slope has the variance w²/5
@@ -107,17 +110,17 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
             covers,
         )
         if trial_loss < loss:
+            settled = trial_loss > (1.0 - 1e-4) * loss
             q, loss = trial, trial_loss
             design, trial_design = trial_design, design
             residual, trial_residual = trial_residual, residual
             damping = max(damping * 0.1, 1e-9)
-            if (
-                abs(step[0]) + abs(step[1]) + abs(step[2]) < 5e-4
-            ):  # metres; the next step of a quadratic convergence is far smaller
+            # Metres; the next step of a quadratic convergence is far smaller.
+            if settled or abs(step[0]) + abs(step[1]) + abs(step[2]) < 5e-4:
                 break
         else:
             damping *= 10.0
-            if damping > 1e6:
+            if damping > 1e2:
                 break
     normal = design.T @ design
     for k in range(PARAMETERS):
@@ -272,14 +275,15 @@ def _thinness(J, dx, dy, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _hc3(design, residual, inverse):  # type: ignore[no-untyped-def]
-    meat = np.zeros((PARAMETERS, PARAMETERS))
+    projected = design @ inverse
     for i in range(len(residual)):
-        leverage = design[i] @ inverse @ design[i]
-        e = residual[i] / max(1.0 - leverage, 0.05)
+        leverage = 0.0
         for a in range(PARAMETERS):
-            for b in range(PARAMETERS):
-                meat[a, b] += design[i, a] * design[i, b] * e * e
-    return inverse @ meat @ inverse
+            leverage += projected[i, a] * design[i, a]
+        weight = residual[i] / max(1.0 - leverage, 0.05)
+        for a in range(PARAMETERS):
+            projected[i, a] *= weight
+    return projected.T @ projected
 
 
 @njit(cache=True)
