@@ -69,6 +69,12 @@ class Comparison:
             s.decibel, self.frames.of(name, condition, "error", "error_frames"), self.frames.unit
         )
 
+    def psnr_change(self, name: str, condition: Condition = None) -> Estimate:
+        """PSNR minus that of the untouched picture, dB."""
+        ours = self.frames.of(name, condition, "error")
+        base = self.frames.of(BASELINE, condition, "error")
+        return s.estimate(s.decibel_change, _stack(ours, base), self.frames.unit)
+
     def psnr_in_mask_change(self, name: str, condition: Condition = None) -> Estimate:
         """PSNR inside the true mask minus that of the untouched picture, dB."""
         ours = self.frames.of(name, condition, "error_in_mask")

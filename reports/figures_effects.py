@@ -92,8 +92,8 @@ def _figure(run: Run, data: DataFrame) -> Figure:
     for panel, effect in zip(axes, EFFECTS, strict=True):
         _panel(panel, data[data["change_of"] == effect.key], conditions, run.light_filters, colours)
         panel.set_title(effect.title)
-        left, right = ("worse", "better") if effect.higher_is_better else ("better", "worse")
-        panel.set_xlabel(f"← {left}      {right} →", color=style.MUTED)
+        hint = "further right is better →" if effect.higher_is_better else "← further left is better"
+        panel.set_xlabel(hint, color=style.MUTED)
     axes[0].set_yticks(range(len(conditions)), conditions)
     axes[0].set_ylim(len(conditions) - 0.5, -0.5)
     axes[0].get_yticklabels()[0].set_fontweight("bold")

@@ -51,12 +51,6 @@ class HeatMetric:
     higher_is_better: bool
     measure: Callable[[Comparison, str, str], float]
 
-    @property
-    def heading(self) -> str:
-        """Title, unit, and which way is better."""
-        better = "higher" if self.higher_is_better else "lower"
-        return f"{self.title}{', ' * bool(self.unit)}{self.unit} ({better} is better)"
-
 
 METRICS = (
     HeatMetric(
@@ -118,7 +112,7 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
     across = min(PANELS_PER_ROW, len(run.filters))
     down = math.ceil(len(run.filters) / across)
     figure = style.new_figure(9.6, down * (0.75 + 0.34 * len(suns)) + 0.35)
-    axes = figure.subplots(down, across, squeeze=False).ravel()
+    axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
     for panel, name in zip(axes, run.filters, strict=False):
         grid = data[data["filter"] == name].pivot_table(
             index="sun_lux", columns="bulb_lm", values=metric.column, dropna=False
@@ -134,7 +128,7 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
     figure.supylabel("sun", fontsize=9, color=style.INK)
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(axes), shrink=0.9, pad=0.02, aspect=14)
     bar.outline.set_visible(False)
-    bar.set_label(metric.heading)
+    bar.ax.set_title(metric.unit, fontsize=9, fontweight="normal", loc="left")
     return figure
 
 

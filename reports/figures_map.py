@@ -127,7 +127,7 @@ def _figure(true: Track, grid: Occupancy | None, panels: Sequence[Panel], across
     down = math.ceil(len(panels) / across)
     ratio = _aspect(true, grid)
     width = 9.6 / across
-    figure = style.new_figure(9.6, down * (width * 0.86 * ratio + 0.62) + 0.45)
+    figure = style.new_figure(9.6, down * (width * 0.84 * ratio + 0.8) + 0.5)
     axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
     for panel, content in zip(axes, panels, strict=False):
         _draw_panel(panel, true, grid, content)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import astuple
 
 from reports.comparison import Comparison, Condition
 from reports.figures_effects import POOLED
 from reports.illuminations import illuminations
 from reports.page import Cell, Table, TableRow
-from reports.run import BASELINE, Run
+from reports.run import Run
 from reports.style import write_csv
-from reports.tables import BASELINE_NOTE, COLUMNS, Column, Row, best, cell_text, headline
+from reports.tables import BASELINE_NOTE, COLUMNS, Column, Row, cell_text, headline, mark
 
 CSV = "figures/headline.csv"
+MARK_NOTE = (
+    "Below a value: its 95 % interval. ▲ better, ▼ worse than doing nothing: the interval of the paired "
+    "difference excludes zero."
+)
 Block = tuple[str, tuple[Row, ...]]
 
 
@@ -27,11 +31,11 @@ def tables(run: Run, comparison: Comparison) -> tuple[Table, ...]:
 
 def _pooled(rows: tuple[Row, ...]) -> Table:
     lines = [
-        TableRow(column.heading, tuple(_cell(column, row, rows) for row in rows), group=column.group)
+        TableRow(column.heading, tuple(_cell(column, row) for row in rows), group=column.group)
         for column in COLUMNS
     ]
     lines.append(TableRow("SLAM runs that failed", tuple(Cell(failed_text(row)) for row in rows)))
-    notes = [BASELINE_NOTE, "Bold: the best value of a line. Below a value: its 95 % interval."]
+    notes = [BASELINE_NOTE, MARK_NOTE]
     if any(row.failed for row in rows):
         notes.append(
             "A failed run has no RMSE, map or path: these numbers are over the runs that went through."
@@ -46,7 +50,7 @@ def _by_illumination(blocks: list[Block]) -> Table:
     lines = [
         TableRow(
             row.label,
-            (*(_cell(c, row, rows) for c in COLUMNS), Cell(failed_text(row))),
+            (*(_cell(c, row) for c in COLUMNS), Cell(failed_text(row))),
             group=label * (i == 0),
         )
         for label, rows in blocks
@@ -56,12 +60,8 @@ def _by_illumination(blocks: list[Block]) -> Table:
     return Table("Each illumination", "filter", head, tuple(lines), (BASELINE_NOTE,), CSV, folded=True)
 
 
-def _cell(column: Column, row: Row, rows: tuple[Row, ...]) -> Cell:
-    value, bounds = cell_text(column, row)
-    if column.key not in row.cells or row.filter == BASELINE and column.key == "filter_ms":
-        return Cell(value, bounds)
-    top = best(column, rows)
-    return Cell(value, bounds, not math.isnan(top) and row.cells[column.key].value == top)
+def _cell(column: Column, row: Row) -> Cell:
+    return Cell(*cell_text(column, row), mark(column, row))
 
 
 def failed_text(row: Row) -> str:
@@ -73,21 +73,7 @@ def _save(run: Run, blocks: list[Block]) -> None:
     import pandas as pd
 
     lines = [
-        (
-            label,
-            row.label,
-            row.filter,
-            c.key,
-            c.unit,
-            v.value,
-            v.low,
-            v.high,
-            v.units,
-            v.unit,
-            v.note,
-            row.failed,
-            row.runs,
-        )
+        (label, row.label, row.filter, c.key, c.unit, *astuple(v), row.failed, row.runs)
         for label, rows in blocks
         for row in rows
         for c in COLUMNS

@@ -10,11 +10,11 @@ from reports.strips import Strip
 
 @dataclass(frozen=True)
 class Cell:
-    """One number: value, interval below it, and whether it is the best of its kind."""
+    """One number: value, interval below it, and its mark, "better" or "worse" than doing nothing."""
 
     value: str = ""
     interval: str = ""
-    best: bool = False
+    mark: str = ""
 
 
 @dataclass(frozen=True)

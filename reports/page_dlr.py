@@ -9,16 +9,17 @@ from reports.style import write_csv
 from reports.wording import number
 
 CAVEATS = (
-    "RMSE is that of position (3-39) without any alignment: the filter starts at the log's first pose with no "
-    "uncertainty. The aligned value is after the best rotation and shift of the whole estimated path, and "
-    "says how good its shape is.",
+    "RMSE is that of position (3-39) without any alignment: the filter starts at the log's first pose with "
+    "no uncertainty. The aligned value is after the best rotation and shift of the whole estimated path, "
+    "and says how good its shape is.",
     "NEES is the normalised estimation error squared of the robot's pose: 3 on average for a consistent "
     "filter; far above it, the filter is surer than it should be.",
-    "Landmarks mapped counts distinct annotated landmarks; a landmark mapped a second time is a duplicate and "
-    "is counted apart.",
-    "One log is one sample and EKF-SLAM has no random part, so no interval is given: there is nothing here to "
-    "resample. EKF-SLAM is inconsistent on loops this long, so small details of the filter move these numbers.",
-    f"The posterior Cramér–Rao bound for any online estimator on this log is {number(dissertation.BOUND_M, 2)} m.",
+    "Landmarks mapped counts distinct annotated landmarks; a landmark mapped a second time is a duplicate "
+    "and is counted apart.",
+    "One log is one sample and EKF-SLAM has no random part, so no interval is given: there is nothing here "
+    "to resample. EKF-SLAM is inconsistent on loops this long, so small details move these numbers.",
+    f"The posterior Cramér–Rao bound for any online estimator on this log is "
+    f"{number(dissertation.BOUND_M, 2)} m.",
 )
 
 
@@ -73,8 +74,8 @@ def _pictures(run: Run) -> tuple[Picture, ...]:
         Picture(
             figures_dlr.draw_squared_error(run),
             "Squared error of each axis over iterations",
-            "Equations 3-40 and 3-41, on a logarithmic axis. Dashed: the largest value the dissertation reports for "
-            "its simulated sensor (its figures 4-3A and 4-3B).",
+            "Equations 3-40 and 3-41, on a logarithmic axis. Dashed: the largest value the dissertation "
+            "reports for its simulated sensor (its figures 4-3A and 4-3B).",
         ),
         Picture(
             figures_dlr.draw_coordinates(run),
@@ -85,8 +86,8 @@ def _pictures(run: Run) -> tuple[Picture, ...]:
             Picture(
                 path,
                 "Map with path and landmarks",
-                "The dissertation's figure 4-1A, one panel for each run. Rings are the annotated landmarks, dots "
-                "what the filter mapped; duplicates are drawn too.",
+                "The dissertation's figure 4-1A, one panel for each run. Rings are the annotated landmarks, "
+                "dots what the filter mapped; duplicates are drawn too.",
             )
             for path in maps
             if path

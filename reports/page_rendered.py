@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reports import figures_effects, figures_heat, figures_map, figures_strips, headline, provenance
 from reports.comparison import Comparison, compare
-from reports.page import Page, Picture, Section, Table
+from reports.page import Page, Picture, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
 from reports.strips import strips

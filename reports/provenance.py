@@ -10,7 +10,7 @@ from reports.wording import number
 
 
 def lines(run: Run) -> tuple[tuple[str, str], ...]:
-    """Key and value of everything ``provenance.json`` says, nested keys joined by a dot-free blank."""
+    """Key and value of everything that ``provenance.json`` says."""
     known = run.provenance
     shown: list[tuple[str, str]] = [("run", run.folder.resolve().name)]
     for key, value in known.items():
@@ -19,7 +19,8 @@ def lines(run: Run) -> tuple[tuple[str, str], ...]:
         elif isinstance(value, Mapping):
             shown.append((_words(key), ", ".join(f"{k} {v}" for k, v in value.items())))
         elif isinstance(value, bool):
-            shown.append((_words(key), "yes" if value else "no"))
+            name = "uncommitted changes" if key == "dirty" else _words(key)
+            shown.append((name, "yes" if value else "no"))
         elif value not in (None, ""):
             shown.append((_words(key), str(value)))
     return tuple(shown)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any
 
 from reports.comparison import Comparison, Condition
 from reports.run import BASELINE, OK, Run
@@ -44,6 +42,8 @@ class Column:
         Whether it is a change, shown with its sign.
     group : str
         Heads the group that starts with this column.
+    change : callable or None
+        The paired difference to doing nothing, where there is one.
     """
 
     key: str
@@ -55,6 +55,7 @@ class Column:
     better: str = "higher"
     signed: bool = False
     group: str = ""
+    change: Measure | None = None
 
     @property
     def heading(self) -> str:
@@ -72,6 +73,8 @@ class Row:
         Shown name, and stored name.
     cells : dict
         Column key → Estimate; a column that does not apply to the row is absent.
+    changes : dict
+        Column key → paired difference to doing nothing.
     failed, runs : int
         SLAM runs that failed, and all.
     """
@@ -79,6 +82,7 @@ class Row:
     label: str
     filter: str
     cells: dict[str, Estimate]
+    changes: dict[str, Estimate]
     failed: int
     runs: int
 
@@ -87,12 +91,22 @@ def _percent(value: Estimate) -> Estimate:
     return Estimate(100 * value.value, 100 * value.low, 100 * value.high, value.units, value.unit, value.note)
 
 
-def _mapped(c: Comparison, name: str, condition: Condition) -> Estimate:
-    return c.run_metric(name, "landmarks_mapped", condition)
+def _same(value: Estimate) -> Estimate:
+    return value
 
 
-def _milliseconds(c: Comparison, name: str, condition: Condition) -> Estimate:
-    return plain(c.filter_ms(name, condition))
+def _run_column(key: str, title: str, unit: str, digits: int, metric: str, **options: Any) -> Column:
+    """A column that comes from the SLAM runs; percent where the unit says so."""
+    to_unit = _percent if unit == "%" else _same
+    return Column(
+        key,
+        title,
+        unit,
+        digits,
+        lambda c, f, w: to_unit(c.run_metric(f, metric, w)),
+        change=lambda c, f, w: c.run_change(f, metric, w),
+        **options,
+    )
 
 
 COLUMNS: tuple[Column, ...] = (
@@ -107,30 +121,39 @@ COLUMNS: tuple[Column, ...] = (
         lambda c, f, w: c.psnr_in_mask_change(f, w),
         signed=True,
         group="Picture",
+        change=lambda c, f, w: c.psnr_in_mask_change(f, w),
     ),
-    Column("psnr", "PSNR", "dB", 2, lambda c, f, w: c.psnr(f, w)),
-    Column("recall", "landmark recall", "%", 1, lambda c, f, w: _percent(c.recall(f, w)), group="Landmarks"),
-    Column("precision", "landmark precision", "%", 1, lambda c, f, w: _percent(c.precision(f, w))),
+    Column("psnr", "PSNR", "dB", 2, lambda c, f, w: c.psnr(f, w), change=lambda c, f, w: c.psnr_change(f, w)),
     Column(
-        "rmse",
-        "RMSE",
-        "m",
-        3,
-        lambda c, f, w: c.run_metric(f, "rmse_m", w),
-        better="lower",
-        group="SLAM and navigation",
+        "recall",
+        "landmark recall",
+        "%",
+        1,
+        lambda c, f, w: _percent(c.recall(f, w)),
+        group="Landmarks",
+        change=lambda c, f, w: c.recall_change(f, w),
     ),
-    Column("mapped", "landmarks mapped", "", 1, _mapped),
-    Column("nav_success", "nav success", "%", 1, lambda c, f, w: _percent(c.run_metric(f, "nav_success", w))),
     Column(
-        "nav_cost",
-        "path cost ratio",
-        "",
-        3,
-        lambda c, f, w: c.run_metric(f, "nav_cost_ratio", w),
-        better="lower",
+        "precision",
+        "landmark precision",
+        "%",
+        1,
+        lambda c, f, w: _percent(c.precision(f, w)),
+        change=lambda c, f, w: c.precision_change(f, w),
     ),
-    Column("filter_ms", "filter time", "ms", 2, _milliseconds, better="lower", group="Cost"),
+    _run_column("rmse", "RMSE", "m", 3, "rmse_m", better="lower", group="SLAM and navigation"),
+    _run_column("mapped", "landmarks mapped", "", 1, "landmarks_mapped"),
+    _run_column("nav_success", "nav success", "%", 1, "nav_success"),
+    _run_column("nav_cost", "path cost ratio", "", 3, "nav_cost_ratio", better="lower"),
+    Column(
+        "filter_ms",
+        "filter time",
+        "ms",
+        2,
+        lambda c, f, w: plain(c.filter_ms(f, w)),
+        better="lower",
+        group="Cost",
+    ),
 )
 
 
@@ -143,14 +166,15 @@ def headline(run: Run, comparison: Comparison, condition: Condition = None) -> t
         if name == BASELINE:
             rows += _baselines(cells, failed, total)
         else:
-            rows.append(Row(name, name, cells, failed, total))
+            changes = {c.key: c.change(comparison, name, condition) for c in COLUMNS if c.change}
+            rows.append(Row(name, name, cells, changes, failed, total))
     return tuple(rows)
 
 
 def _baselines(cells: dict[str, Estimate], failed: int, total: int) -> list[Row]:
     mask = {c.key: cells[c.key] for c in COLUMNS if c.of_mask}
     rest = {c.key: cells[c.key] for c in COLUMNS if not c.of_mask}
-    return [Row(ALL_NEGATIVE, BASELINE, mask, 0, 0), Row(DO_NOTHING, BASELINE, rest, failed, total)]
+    return [Row(ALL_NEGATIVE, BASELINE, mask, {}, 0, 0), Row(DO_NOTHING, BASELINE, rest, {}, failed, total)]
 
 
 def cell_text(column: Column, row: Row) -> tuple[str, str]:
@@ -164,13 +188,12 @@ def cell_text(column: Column, row: Row) -> tuple[str, str]:
     )
 
 
-def best(column: Column, rows: tuple[Row, ...]) -> float:
-    """The best value of a column, NaN when no row has one."""
-    values = [r.cells[column.key].value for r in rows if column.key in r.cells]
-    finite = [v for v in values if not math.isnan(v)]
-    if not finite:
-        return math.nan
-    return float(np.max(finite) if column.better == "higher" else np.min(finite))
+def mark(column: Column, row: Row) -> str:
+    """Whether a row is better or worse than doing nothing, where its interval can tell; otherwise empty."""
+    change = row.changes.get(column.key)
+    if change is None or not change.excludes_zero:
+        return ""
+    return "better" if (change.value > 0.0) == (column.better == "higher") else "worse"
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 from reports.comparison import Comparison
 from reports.run import BASELINE, Run
 from reports.statistics import Estimate
-from reports.wording import interval, listing, number, plural
+from reports.wording import NBSP, interval, listing, number, plural
 
 HELPED, HARMED, UNCLEAR, SAME, UNTESTED = "helped", "harmed", "unclear", "same", "untested"
+
+RECALL_WORDS = {
+    "name": "landmarks found of those visible",
+    HELPED: "the robot found more of the visible landmarks",
+    HARMED: "the robot found fewer of the visible landmarks",
+    UNCLEAR: "landmarks found show no change that can be told apart from zero",
+    SAME: "the robot found just as many landmarks",
+    UNTESTED: "the change in landmarks found has no interval",
+}
+RMSE_WORDS = {
+    "name": "position RMSE",
+    HELPED: "position RMSE fell",
+    HARMED: "position RMSE rose",
+    UNCLEAR: "position RMSE shows no change that can be told apart from zero",
+    SAME: "position RMSE stayed exactly the same",
+    UNTESTED: "the change in position RMSE has no interval",
+}
 
 
 def effect(change: Estimate, *, higher_is_better: bool) -> str:
@@ -36,8 +56,13 @@ def _on_filter(name: str, comparison: Comparison) -> str:
     recall, rmse = comparison.recall_change(name), comparison.run_change(name, "rmse_m")
     on_recall = effect(recall, higher_is_better=True)
     on_rmse = effect(rmse, higher_is_better=False)
-    details = f"{_recall_words(recall, on_recall)}, and {_rmse_words(rmse, on_rmse)}"
-    return f"the filter {name} {_overall(on_recall, on_rmse)}: {details}{_failures(name, comparison)}"
+    said = not {HELPED, HARMED} & {on_recall, on_rmse} and on_recall == on_rmse
+    parts = (
+        _words(RECALL_WORDS, on_recall, said) + _bracket(recall, "percentage points", 1, scale=100.0),
+        _words(RMSE_WORDS, on_rmse, said) + _bracket(rmse, "m", 3),
+    )
+    overall = _overall(on_recall, on_rmse)
+    return f"the filter “{name}” {overall}: {listing(list(parts))}{_failures(name, comparison)}"
 
 
 def _overall(recall: str, rmse: str) -> str:
@@ -56,36 +81,20 @@ def _overall(recall: str, rmse: str) -> str:
     return "had no effect that this run can tell apart from zero"
 
 
-def _recall_words(change: Estimate, kind: str) -> str:
-    moved = {HELPED: "more", HARMED: "fewer"}
-    shown = _bracket(change, "percentage points", 1, scale=100.0)
-    if kind in moved:
-        return f"it let the robot find {moved[kind]} of the visible landmarks ({shown})"
-    return f"{_still(kind)} the share of visible landmarks found ({shown})"
-
-
-def _rmse_words(change: Estimate, kind: str) -> str:
-    moved = {HELPED: "smaller", HARMED: "larger"}
-    shown = _bracket(change, "m", 3)
-    if kind in moved:
-        return f"the position error (RMSE) became {moved[kind]} ({shown})"
-    return f"{_still(kind)} the position error (RMSE) ({shown})"
-
-
-def _still(kind: str) -> str:
-    words = {
-        UNCLEAR: "no change that can be told apart from zero in",
-        SAME: "no change at all in",
-        UNTESTED: "no tested change in",
-    }
-    return words[kind]
+def _words(words: Mapping[str, str], kind: str, said: bool) -> str:
+    """What happened to one number; just its name where the sentence has already said so."""
+    return f"{words['name'] if said else words[kind]} "
 
 
 def _bracket(change: Estimate, unit: str, digits: int, *, scale: float = 1.0) -> str:
-    value = f"{number(change.value * scale, digits, signed=True)} {unit}"
-    if change.has_interval:
-        return f"{value}, 95 % interval {interval(change, digits, scale=scale, signed=True)}"
-    return f"{value}, {change.note}" if change.value == change.value else change.note
+    """The change as "(+0.20 m, 95 % interval +0.19 … +0.21)", or why there is no interval."""
+    if math.isnan(change.value):
+        return f"({change.note})"
+    value = f"{number(change.value * scale, digits, signed=True)}{NBSP}{unit}"
+    if not change.has_interval:
+        return f"({value}; {change.note})"
+    bounds = interval(change, digits, scale=scale, signed=True)
+    return f"({value}, 95{NBSP}% interval {bounds})" if bounds else f"({value})"
 
 
 def _failures(name: str, comparison: Comparison) -> str:
@@ -94,8 +103,8 @@ def _failures(name: str, comparison: Comparison) -> str:
     if not ours and not base:
         return ""
     return (
-        f" ({ours} of {total} SLAM runs failed with it and {base} of {base_total} without; "
-        "these have no error to compare)"
+        f", not counting the SLAM runs that failed and have no error to compare, {ours} of {total} with the "
+        f"filter and {base} of {base_total} without"
     )
 
 
@@ -120,6 +129,6 @@ def _mask_words(name: str, comparison: Comparison, empty: float) -> str:
     standing = "fewer" if right < empty else "more" if right > empty else "as many"
     than = "as" if standing == "as many" else "than"
     return (
-        f"{name} marks {number(100 * masked, 1)} %, overlaps the truth with IoU {number(iou.value)}{bounds}, "
-        f"and is right on {number(100 * right, 1)} %, {standing} {than} the empty mask"
+        f"“{name}” marks {number(100 * masked, 1)} %, overlaps the truth with IoU {number(iou.value)}{bounds},"
+        f" and is right on {number(100 * right, 1)} %, {standing} {than} the empty mask"
     )

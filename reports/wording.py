@@ -8,6 +8,7 @@ from reports.statistics import Estimate
 
 MISSING = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"
+NBSP = "\N{NO-BREAK SPACE}"
 
 
 def number(value: float, digits: int = 2, *, signed: bool = False) -> str:
@@ -23,11 +24,11 @@ def number(value: float, digits: int = 2, *, signed: bool = False) -> str:
 
 
 def interval(value: Estimate, digits: int = 2, *, scale: float = 1.0, signed: bool = False) -> str:
-    """The interval as "low … high", or an empty string where there is none or it has no width."""
+    """The interval as "low … high", no-break; empty where there is none or it has no width."""
     if not value.has_interval or value.low == value.high:
         return ""
     low, high = (number(v * scale, digits, signed=signed) for v in (value.low, value.high))
-    return f"{low} … {high}"
+    return f"{low}{NBSP}…{NBSP}{high}"
 
 
 def listing(parts: list[str]) -> str:
