@@ -42,42 +42,43 @@ def _effects(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
     if path is None:
         return ()
     caption = (
-        "Paired differences to doing nothing, with 95 % intervals; a hollow dot has too few repetitions for an "
-        "interval. What crosses the line at zero cannot be told apart from no effect."
+        "Paired differences to doing nothing, with 95 % intervals; a hollow dot has too few repetitions for "
+        "one. What crosses the line at zero cannot be told apart from no effect."
     )
     return (Picture(path, "Change against doing nothing", caption),)
 
 
 def _heat_maps(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
     drawn = ((metric, figures_heat.draw(run, comparison, metric)) for metric in figures_heat.METRICS)
-    caption = (
-        "Sun (facing it, lx) against bulbs (each, lm). All panels share one colour scale; brighter is better."
+    return tuple(Picture(path, metric.title, _heat_caption(metric)) for metric, path in drawn if path)
+
+
+def _heat_caption(metric: figures_heat.HeatMetric) -> str:
+    better = "Higher" if metric.higher_is_better else "Lower"
+    unit = f"In {metric.unit}. " if metric.unit else ""
+    return (
+        f"{unit}Sun (on a surface facing it) against the light of each bulb; all panels share one colour "
+        f"scale. {better} is better, and brighter."
     )
-    return tuple(Picture(path, metric.title, caption) for metric, path in drawn if path)
 
 
 def _strips(run: Run) -> Section:
     chosen, stored = strips(run)
     figures_strips.draw(run, chosen)
     left = stored - len(chosen)
-    note = (
-        f"{plural(left, 'further strip')} left out to keep the page small; all are in figures/strips."
-        if left
-        else ""
-    )
+    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
     text = (
-        "For each filter the frames with the best, the median and the worst mask (IoU). White in a mask is what "
-        "light affects.",
+        "For each filter the frames with the best, the median and the worst mask (IoU). White in a mask is "
+        "what light affects.",
     )
-    return Section(
-        "strips", "What the filters see and make", text if chosen else (), strips=chosen, strips_note=note
-    )
+    heading = "What the filters see and make"
+    return Section("strips", heading, text if chosen else (), strips=chosen, strips_note=note)
 
 
 def _maps(run: Run) -> tuple[Picture, ...]:
     caption = (
-        "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest light "
-        "with the lowest seed, chosen before any result was known."
+        "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
+        "light with the lowest seed: chosen by rule, not by result."
     )
     drawn = ((scene, figures_map.draw_rendered(run, scene)) for scene in run.scenes)
     return tuple(Picture(path, f"Map of the scene {scene}", caption) for scene, path in drawn if path)
@@ -91,23 +92,21 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
     frames = comparison.frames
     seeds = run.runs["seed"].nunique()
     texts = [
-        "An interval covers 95 %: it is a bootstrap percentile interval, widened for small samples as Student's t is "
-        f"(Hesterberg 2015). With fewer than {MIN_UNITS} units none is given, because none could reach 95 %. Each "
-        "interval stands for itself; with many of them, about one in twenty misses by chance.",
-        f"Picture and landmark scores resample {plural(frames.blocks, 'unit')} ({frames.unit}), since a frame hardly "
-        "differs from the one before it; the length follows from the run's own correlation (Politis & White 2004). The "
-        "same blocks serve each filter and each illumination.",
-        f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')}; illuminations are fixed "
-        "conditions. A difference is taken between two runs of the same illumination and seed.",
-        "The sensor's noise was drawn once for each picture, the same for each filter: the intervals of picture scores "
-        "hold the scatter between places on the tour, not between exposures.",
-        "Recall is landmarks found over landmarks visible, summed over all frames; precision is landmarks found over "
-        "detections. PSNR averages squared errors, not decibels. Mask scores leave out pictures without any truly "
-        "affected pixel. Filter time is the median for one picture.",
+        "An interval covers 95 %: a bootstrap percentile interval, widened for small samples as Student's t "
+        f"is (Hesterberg 2015). With fewer than {MIN_UNITS} units none is given, because none could reach "
+        "95 %. Each interval stands for itself: of many, about one in twenty misses by chance.",
+        f"Picture and landmark scores resample {frames.unit}, {frames.blocks} in all, since a frame hardly "
+        "differs from the one before it; the block length follows from the run's own correlation (Politis & "
+        "White 2004). The same blocks serve each filter and each illumination.",
+        f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')}; illuminations "
+        "are fixed conditions. A difference is between two runs of the same illumination and seed.",
+        "The sensor's noise was drawn once for each picture, the same for each filter: intervals of picture "
+        "scores hold the scatter between places on the tour, not between exposures.",
+        "Recall is landmarks found over landmarks visible, summed over all frames; precision is landmarks "
+        "found over detections. PSNR averages squared errors, not decibels. Mask IoU, F1 and AP leave out "
+        "pictures without any truly affected pixel. Filter time is the median for one picture.",
         "The intervals speak for this scene, this camera and this tour; they cannot speak for others.",
     ]
     if frames.left_out:
-        texts.append(
-            f"{plural(frames.left_out, 'frame')} that not every filter has were left out of all comparisons."
-        )
+        texts.append(f"Left out: {plural(frames.left_out, 'frame')} that not every filter has.")
     return tuple(texts)

@@ -129,6 +129,6 @@ def _mask_words(name: str, comparison: Comparison, empty: float) -> str:
     standing = "fewer" if right < empty else "more" if right > empty else "as many"
     than = "as" if standing == "as many" else "than"
     return (
-        f"“{name}” marks {number(100 * masked, 1)} %, overlaps the truth with IoU {number(iou.value)}{bounds},"
-        f" and is right on {number(100 * right, 1)} %, {standing} {than} the empty mask"
+        f"“{name}” marks {number(100 * masked, 1)} %, overlaps the truth with IoU {number(iou.value)}"
+        f"{bounds}, and is right on {number(100 * right, 1)} %, {standing} {than} the empty mask"
     )
