@@ -21,6 +21,7 @@ from renderers.gbuffer import F32, I32, GBuffer, View, fill
 from renderers.irradiance import OFFSET_M
 from renderers.irradiance_cache import load_or_bake
 from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, UnitLight, unit_lights
+from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh, build_mesh
 from renderers.shade import shade_ambient, shade_light
 from scenes.model import Scene
@@ -134,7 +135,16 @@ class SceneRenderer:
                 )
         ambient = shading.interpolate(self._irradiance.indirect[index])
         mirrored = self._mirrored(shading, index, lights)
-        shade_ambient(shading.normal, shading.to_eye, ambient, mirrored, *shading.material, diffuse, specular)
+        shade_ambient(
+            shading.normal,
+            shading.to_eye,
+            ambient,
+            mirrored,
+            albedo_table(),
+            *shading.material,
+            diffuse,
+            specular,
+        )
         shape = (*shading.gbuffer.surface.shape, 3)
         pictures = np.zeros((2, *shape), dtype=np.float32).reshape(2, -1, 3)
         pictures[0, shading.seen], pictures[1, shading.seen] = diffuse, specular
@@ -195,8 +205,9 @@ class _Shading:
         self.normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
         self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
         self.points = gbuffer.position.reshape(-1, 3)[self.seen] + np.float32(OFFSET_M) * self.normal
-        bary = np.clip(gbuffer.barycentric.reshape(-1, 2)[self.seen], 0.0, 1.0)
-        self._weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
+        bary = gbuffer.barycentric.reshape(-1, 2)[self.seen]
+        weights = np.column_stack([1 - bary.sum(axis=1), bary]).clip(min=0.0)  # no extrapolation past an edge
+        self._weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
         self._corners = mesh.triangles[triangle]
         table = mesh.materials
         base_color = np.zeros((*gbuffer.surface.shape, 3), dtype=np.float32)
@@ -272,13 +283,15 @@ def relight(
     Raises
     ------
     RendererError
-        If a layer has no intensity, or one that is negative or not finite.
+        If a layer has no colour or no intensity, or one that is negative or not finite.
     """
     weights = np.empty((len(basis.layers), 3), dtype=np.float32)
     for k, layer in enumerate(basis.layers):
         value = intensity.get(layer, np.nan)
         if not (np.isfinite(value) and value >= 0):
             raise RendererError(f"illumination: layer {layer!r} needs a finite intensity ≥ 0, not {value}")
+        if layer not in colour:
+            raise RendererError(f"illumination: layer {layer!r} has no colour")
         weights[k] = value * colour[layer]
     return _weighted(basis.diffuse, weights), _weighted(basis.specular, weights)
 

@@ -17,9 +17,12 @@ class Camera(Protocol):
     """A camera model of ``width`` × ``height`` pixels."""
 
     @property
-    def width(self) -> int: ...
+    def width(self) -> int:
+        """Columns."""
+
     @property
-    def height(self) -> int: ...
+    def height(self) -> int:
+        """Rows."""
 
     def unproject(self, pixels: FloatArray) -> FloatArray:
         """(..., 2) pixels (u, v) to (..., 3) unit directions in the camera frame."""
@@ -40,7 +43,8 @@ def pixel_grid(camera: Camera) -> FloatArray:
 def _check(width: int, height: int, fov_deg: float, largest_deg: float) -> None:
     if width < 1 or height < 1 or not 0 < fov_deg < largest_deg:
         raise RendererError(
-            f"camera {width} × {height}, {fov_deg}°: sides must be positive, the field of view below {largest_deg}°"
+            f"camera {width} × {height}, {fov_deg}°: sides must be positive, "
+            f"the field of view above 0° and below {largest_deg}°"
         )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +32,7 @@ def load_or_bake(
     try:
         with np.load(path) as stored:
             return Irradiance(stored["indirect"], stored["total"])
-    except (OSError, KeyError, ValueError, EOFError):
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):  # none yet, or cut short
         baked = irradiance.bake(mesh, caster, layers)
     _keep(path, baked)
     return baked
@@ -53,4 +55,5 @@ def _keep(path: Path, baked: Irradiance) -> None:
         np.savez(aside, indirect=baked.indirect, total=baked.total)
         aside.replace(path)
     except OSError:  # a cache that cannot be written costs time, not results
-        aside.unlink(missing_ok=True)
+        with suppress(OSError):
+            aside.unlink()

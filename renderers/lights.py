@@ -17,7 +17,8 @@ class UnitLight(Protocol):
     """A light of a layer, direct or sky."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """For messages."""
 
 
 @runtime_checkable
@@ -60,7 +61,7 @@ class SunLight:
 
 @dataclass(frozen=True)
 class BulbLight:
-    """1 lumen from a point: 1/4π candela in every direction. Its luminous sphere casts no shadow of its own light."""
+    """1 lumen from a point: 1/4π candela in every direction. Its luminous sphere does not shade its own light."""
 
     name: str
     index: int
@@ -109,7 +110,7 @@ def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:
 def _towards(
     points: F32, normals: F32, x: float, y: float, z: float, clearance: float
 ) -> tuple[F32, F32, I64, F32]:
-    """Directions to a point of 1/4π cd, its unshadowed illuminance, and shadow rays of the points facing it."""
+    """Directions to a point of 1/4π cd, its unshadowed illuminance, shadow rays of the points facing it."""
     n = len(points)
     to_light, lux = np.empty((n, 3), dtype=np.float32), np.zeros(n, dtype=np.float32)
     facing, rays = np.empty(n, dtype=np.int64), np.empty((n, 6), dtype=np.float32)

@@ -15,7 +15,7 @@ NOTHING = -1
 
 @dataclass(frozen=True, eq=False)
 class MaterialTable:
-    """Material parameters by surface index, float32: base_color (n, 3), roughness, metallic, specular (n,)."""
+    """Materials by surface index, float32: base_color (n, 3), roughness, metallic, specular (n,)."""
 
     base_color: NDArray[np.float32]
     roughness: NDArray[np.float32]

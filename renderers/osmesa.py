@@ -33,7 +33,8 @@ def import_pyrender() -> Any:
         import pyrender
     except Exception as error:  # PyOpenGL raises AttributeError, ImportError or OSError, as it likes
         raise RendererError(
-            f"engine 'rasterise': OSMesa cannot be loaded ({error}); install libosmesa6 or use --engine raycast"
+            f"engine 'rasterise': OSMesa cannot be loaded ({error}); "
+            "install libosmesa6 or use --engine raycast"
         ) from error
     return pyrender
 
@@ -89,6 +90,7 @@ def _float_renderer_class() -> type:
         """Replaces pyrender's 8-bit, multisampled, gamma-encoded target and its shaders."""
 
         def __init__(self, width: int, height: int) -> None:
+            self._main_fb: Any = None
             super().__init__(width, height)
             self._program_cache = ShaderProgramCache(shader_dir=str(SHADERS))
 

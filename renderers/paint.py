@@ -18,7 +18,7 @@ SUBSAMPLES = 4
 
 @dataclass(frozen=True, eq=False)
 class Discs:
-    """The landmarks of a scene as columns: centre (n, 2), radius (n,), colour (n, 3), all float32; id (n,)."""
+    """A scene's landmarks as columns: centre (n, 2), radius (n,), colour (n, 3), float32; id (n,) int32."""
 
     centre: F32
     radius: F32

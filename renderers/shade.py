@@ -1,5 +1,7 @@
 """The one BRDF: Lambert under a GGX layer, as glTF 2.0 defines metallic-roughness (appendix B).
 
+Where the appendix (which binds nobody) shows Smith's separable shadowing, this is the height-correlated form.
+
 dielectric = mix(diffuse, specular, F)   with F0 = 0.04 · specular, F90 = specular (KHR_materials_specular)
 metal      = specular with F0 = base colour
 material   = mix(dielectric, metal, metallic)
@@ -11,12 +13,10 @@ import numpy as np
 from numba import njit
 
 from renderers.gbuffer import F32
+from renderers.lobe_albedo import SMALLEST_ALPHA, directional_albedo
 
 DIELECTRIC_F0 = 0.04
 """Reflectance of a dielectric of refractive index 1.5 at normal incidence (glTF 2.0, B.2.1)."""
-
-SMALLEST_ALPHA = 1e-3
-"""Below this GGX width a point or parallel light's image is smaller than a pixel."""
 
 
 @njit(cache=True)
@@ -38,7 +38,7 @@ def shade_light(
     ----------
     normal, to_eye, to_light : (n, 3) float32, unit vectors
     irradiance : (n,) float32
-        Illuminance that the light gives on a plane facing it, lux, shadows included; the cosine is applied here.
+        Illuminance on a plane that faces the light, lux, shadows included; the cosine is applied here.
     base_color : (n, 3) float32
     roughness, metallic, specular : (n,) float32
     out_diffuse, out_specular : (n, 3) float32
@@ -88,23 +88,12 @@ def _visibility(nl: float, nv: float, alpha: float) -> float:
 
 
 @njit(cache=True)
-def directional_albedo(nv: float, roughness: float) -> tuple[float, float]:
-    """The specular lobe's reflectance under uniform light, as F0 · a + F90 · b.
-
-    Analytic fit by Karis 2014 ("Physically based shading on mobile"), accurate to about 0.03.
-    """
-    r0, r1 = 1.0 - roughness, 0.0425 - 0.0275 * roughness
-    r2, r3 = 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04
-    a004 = min(r0 * r0, 2.0 ** (-9.28 * nv)) * r0 + r1
-    return -1.04 * a004 + r2, max(1.04 * a004 + r3, 0.0)
-
-
-@njit(cache=True)
 def shade_ambient(
     normal: F32,
     to_eye: F32,
     irradiance: F32,
     mirrored: F32,
+    albedo: F32,
     base_color: F32,
     roughness: F32,
     metallic: F32,
@@ -120,12 +109,14 @@ def shade_ambient(
         Indirect and sky illuminance on the surface per channel, lux.
     mirrored : (n, 3) float32
         Luminance seen along the mirrored view ray, cd/m²; zero where the surface is too rough for an image.
+    albedo : (33, 33, 2) float32
+        `renderers.lobe_albedo.albedo_table`.
 
     Other parameters as in `shade_light`.
     """
     for i in range(len(irradiance)):
         nv = normal[i, 0] * to_eye[i, 0] + normal[i, 1] * to_eye[i, 1] + normal[i, 2] * to_eye[i, 2]
-        scale, bias = directional_albedo(max(nv, 0.0), roughness[i])
+        scale, bias = directional_albedo(albedo, nv, roughness[i])
         layer = specular[i] * (DIELECTRIC_F0 * scale + bias)
         for c in range(3):
             metal = base_color[i, c] * scale + bias

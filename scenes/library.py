@@ -44,7 +44,7 @@ def scene(name: str) -> Callable[[Builder], Builder]:
 
 
 def _builders() -> dict[str, Builder]:
-    found = {}
+    found: dict[str, Builder] = {}
     for module in pkgutil.iter_modules(scenes.__path__):
         for member in vars(importlib.import_module(f"scenes.{module.name}")).values():
             if inspect.isfunction(member) and hasattr(member, _MARK):

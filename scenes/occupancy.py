@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,7 @@ def _sample(polygon: FloatArray, spacing: float) -> FloatArray:
     if len(polygon) < 3:
         return np.zeros((0, 2))
     flat, points = polygon[:, :2], []
-    for b, c in zip(flat[1:-1], flat[2:], strict=True):
+    for b, c in pairwise(flat[1:]):
         a = flat[0]
         longest = max(np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))
         n = max(1, int(np.ceil(longest / spacing)))

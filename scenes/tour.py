@@ -68,12 +68,8 @@ def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, in
     stamps = np.arange(int(length_m / (speed_mps * interval_s)) + 1) * interval_s
     s = start_m + stamps * speed_mps
     laps, s = np.floor(s / along[-1]), np.mod(s, along[-1])
-    poses = np.stack(
-        [
-            np.interp(s, along, closed[:, 0]),
-            np.interp(s, along, closed[:, 1]),
-            np.interp(s, along, heading) + laps * (heading[-1] - heading[0]),
-        ],
-        axis=1,
-    )
+    poses = np.empty((len(s), 3))
+    poses[:, 0] = np.interp(s, along, closed[:, 0])
+    poses[:, 1] = np.interp(s, along, closed[:, 1])
+    poses[:, 2] = np.interp(s, along, heading) + laps * (heading[-1] - heading[0])
     return Tour(poses, stamps)
