@@ -37,8 +37,6 @@ class DetectorSettings:
     max_misfit : float
         Root mean square residual beyond noise over the contrast. The edge of a disc sampled once per pixel is
         off by ±½ evenly (0.29) in the fifth of the window's pixels that it crosses: 0.29 · √0.2 = 0.13.
-    min_evenness : float
-        The weakest eighth of the rim has at least this share of the contrast: a disc has a rim all around.
     min_significance : float
         Contrast over its standard deviation. The search looks at some 10⁶ places, sizes and polarities and
         fits four numbers; noise alone exceeds χ²₄ = 7² there once in a thousand pictures.
@@ -53,7 +51,6 @@ class DetectorSettings:
     min_contrast: float = 0.15
     blur_px: float = 0.35
     max_misfit: float = 0.15
-    min_evenness: float = 0.5
     min_significance: float = 7.0
     max_sigma_m: float = 0.05
 
@@ -174,7 +171,7 @@ class DiscDetector:
     def _fit(self, linear: NDArray[np.float32], seed: Seed, noise: float) -> _Fit | None:
         """The disc at a seed, or None where it is not believed."""
         row, col = divmod(seed.pixel, self.calibration.width)
-        ok, q, cov, rms, evenness = fit_disc(
+        ok, q, cov, rms = fit_disc(
             linear,
             self._floor,
             self._jacobian,
@@ -199,7 +196,6 @@ class DiscDetector:
             and s.min_radius_m - slack <= q[2] <= s.max_radius_m + slack
             and abs(contrast) >= s.min_contrast * brighter
             and misfit <= s.max_misfit
-            and evenness >= s.min_evenness
             and abs(q[3]) >= s.min_significance * np.sqrt(cov[3, 3])
             and sigma <= s.max_sigma_m
             and np.hypot(q[0], q[1]) <= s.max_range_m

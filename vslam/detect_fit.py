@@ -62,26 +62,22 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
         Of x, y, r, k.
     rms : float
         Of the residuals, with the degrees of freedom taken off.
-    evenness : float
-        Weakest edge contrast of a sector over k (see `_evenness`).
     """
     q = np.zeros(PARAMETERS)
     cov = np.full((4, 4), np.inf)
     box = _box(linear, jacobian, row, col, 1.25 * ring)
     if not _start(linear, floor, jacobian, row, col, ring, box, q):
-        return False, q, cov, np.inf, 0.0
+        return False, q, cov, np.inf
     rows, cols = _window(floor, jacobian, box, q)
     n = len(rows)
     if n < 3 * PARAMETERS:
-        return False, q, cov, np.inf, 0.0
+        return False, q, cov, np.inf
     values = np.empty(n)
     for i in range(n):
         values[i] = linear[rows[i], cols[i]]
     design = np.empty((n, PARAMETERS))
-    residual, covers = np.empty(n), np.empty(n)
-    loss = _evaluate(
-        values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual, covers
-    )
+    residual = np.empty(n)
+    loss = _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual)
     damping = 1e-3
     trial_design, trial_residual = np.empty_like(design), np.empty_like(residual)
     for _ in range(_ITERATIONS):
@@ -107,7 +103,6 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
             soft,
             trial_design,
             trial_residual,
-            covers,
         )
         if trial_loss < loss:
             settled = trial_loss > (1.0 - 1e-4) * loss
@@ -128,7 +123,7 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     inverse = np.linalg.inv(normal)
     cov[:, :] = _hc3(design, residual, inverse)[:4, :4]
     rms = np.sqrt(loss / (n - PARAMETERS))
-    return True, q, cov, rms, _evenness(floor, rows, cols, covers, residual, q)
+    return True, q, cov, rms
 
 
 @njit(cache=True)
@@ -213,7 +208,7 @@ def _window(floor, jacobian, box, q):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual, covers):  # type: ignore[no-untyped-def]
+def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual):  # type: ignore[no-untyped-def]
     """Residuals and derivatives of the model; returns the sum of squares."""
     loss = 0.0
     count = len(offsets)
@@ -256,7 +251,6 @@ def _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, d
         design[i, 5] = paint * (u - col)
         design[i, 6] = paint * (v - row)
         residual[i] = values[i] - light * paint
-        covers[i] = cover
         loss += residual[i] * residual[i]
     return loss
 
@@ -284,30 +278,3 @@ def _hc3(design, residual, inverse):  # type: ignore[no-untyped-def]
         for a in range(PARAMETERS):
             projected[i, a] *= weight
     return projected.T @ projected
-
-
-@njit(cache=True)
-def _evenness(floor, rows, cols, covers, residual, q):  # type: ignore[no-untyped-def]
-    """Edge contrast by sector: 1 where all of the rim fits, near 0 (or above 2) where a side is missing.
-
-    In each of eight sectors the residuals are regressed on the coverage; that slope adds to the contrast.
-    A sector counts when its pixels lie on both sides of the edge. Returns the weakest over k.
-    """
-    n = np.zeros(8)
-    c1, c2, cr, r1 = np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8)
-    for i in range(len(rows)):
-        dx, dy = floor[rows[i], cols[i], 0] - q[0], floor[rows[i], cols[i], 1] - q[1]
-        sector = int((np.arctan2(dy, dx) + np.pi) / (2.0 * np.pi) * 8.0) % 8
-        cover = covers[i]
-        n[sector] += 1.0
-        c1[sector] += cover
-        c2[sector] += cover * cover
-        cr[sector] += cover * residual[i]
-        r1[sector] += residual[i]
-    weakest = np.inf
-    for s in range(8):
-        spread = c2[s] - c1[s] * c1[s] / max(n[s], 1.0)
-        if spread > 0.5:  # about two pixels on each side
-            slope = (cr[s] - c1[s] * r1[s] / n[s]) / spread
-            weakest = min(weakest, 1.0 + slope / (q[3] * q[4]))
-    return weakest

@@ -133,16 +133,15 @@ def _integrate(log_odds, start, bearings, ranges, hit):  # type: ignore[no-untyp
             log_odds[row, col] = min(log_odds[row, col] + HIT, HIGHEST)
     for i in range(len(bearings)):
         if ranges[i] > 0.0:
-            _pass_cells(log_odds, seen, start[0], start[1], bearings[i], ranges[i], hit[i])
+            _pass_cells(log_odds, seen, start[0], start[1], bearings[i], ranges[i])
 
 
 @njit(cache=True)
-def _pass_cells(log_odds, seen, x, y, bearing, length, hit):  # type: ignore[no-untyped-def]
-    """Walk the cells of a beam (Amanatides & Woo 1987) up to its end; the end cell of a hit is not passed."""
+def _pass_cells(log_odds, seen, x, y, bearing, length):  # type: ignore[no-untyped-def]
+    """Walk the cells of a beam (Amanatides & Woo 1987) up to its end and skip those that are seen."""
     rows, cols = log_odds.shape
     dx, dy = np.cos(bearing), np.sin(bearing)
     col, row = int(np.floor(x)), int(np.floor(y))
-    end_col, end_row = int(np.floor(x + length * dx)), int(np.floor(y + length * dy))
     step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     per_col = 1.0 / abs(dx) if dx != 0.0 else np.inf
     per_row = 1.0 / abs(dy) if dy != 0.0 else np.inf
@@ -150,8 +149,6 @@ def _pass_cells(log_odds, seen, x, y, bearing, length, hit):  # type: ignore[no-
     next_row = ((row + 1 - y) if dy > 0 else (y - row)) * per_row if dy != 0.0 else np.inf
     travelled = 0.0
     while travelled <= length:
-        if hit and col == end_col and row == end_row:
-            return
         if 0 <= row < rows and 0 <= col < cols and not seen[row, col]:
             seen[row, col] = True
             log_odds[row, col] = max(log_odds[row, col] + PASS, LOWEST)
