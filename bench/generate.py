@@ -53,7 +53,8 @@ def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress)
     folders = [options.out / study.scene.name / i.name for i in illuminations]
     _check(folders, options.out)
     facts = RunFacts(choice.name, choice.notice)
-    with prepared(study, choice.name, facts, progress) as sequence:
+    with prepared(study, choice.name, facts, progress) as setup:
+        sequence = RenderedSequence(setup)
         frames = range(min(options.frames or len(sequence), len(sequence)))
         _check_disk(options.out, sequence, len(frames) * len(folders))
         writers = [_Folder(f, i, sequence, facts) for f, i in zip(folders, illuminations, strict=True)]

@@ -65,7 +65,7 @@ class Perception:
 
     def __init__(self, sequence: RenderedSequence, engine: str) -> None:
         study = sequence.study
-        self._sequence, self._engine = sequence, engine
+        self.sequence, self._engine = sequence, engine
         self._illuminations = study.illuminations.grid()
         self._filters = [(choice.label, make_filter(choice)) for choice in study.filters]
         self._calibration = calibration(study)
@@ -73,17 +73,17 @@ class Perception:
 
     def frame(self, frame: int) -> FramePercepts:
         """Render one pose once, then record, filter, detect and score it under every illumination."""
-        basis = self._sequence.basis(frame)
+        basis = self.sequence.basis(frame)
         visible = visible_landmarks(basis)
         rows, percepts = [], {}
         for illumination in self._illuminations:
-            recording = self._sequence.record(basis, illumination, frame)
+            recording = self.sequence.record(basis, illumination, frame)
             target = restoration.Target(recording.diffuse)
             for label, light_filter in self._filters:
                 row, percept = self._variant(frame, recording, target, light_filter, visible)
                 rows.append(self._labels(illumination, frame, label) | row)
                 percepts[illumination.name, label] = percept
-        depth = self._sequence.measured_depth(basis, frame)
+        depth = self.sequence.measured_depth(basis, frame)
         return FramePercepts(frame, rows, percepts, scan(depth, self._calibration))
 
     def _variant(
@@ -114,7 +114,7 @@ class Perception:
 
     def _labels(self, illumination: Illumination, frame: int, label: str) -> dict[str, object]:
         return {
-            "scene": self._sequence.scene.name,
+            "scene": self.sequence.scene.name,
             "illumination": illumination.name,
             "sun_lux": illumination.sun_lux,
             "bulb_lm": illumination.bulb_lm,
@@ -125,9 +125,9 @@ class Perception:
 
     def _landmarks_from(self, frame: int) -> NDArray[np.float64]:
         """The true landmarks in the robot's frame (eq. 3-6), (n, 2) metres."""
-        x, y, theta = self._sequence.scene.tour.poses[frame]
+        x, y, theta = self.sequence.scene.tour.poses[frame]
         c, s = np.cos(theta), np.sin(theta)
-        offset = self._sequence.scene.landmark_positions - (x, y)
+        offset = self.sequence.scene.landmark_positions - (x, y)
         return np.asarray(offset @ np.array([[c, -s], [s, c]]))
 
 

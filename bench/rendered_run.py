@@ -7,6 +7,7 @@ import pickle
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from bench.store import RunFolder
 from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
+from renderers.irradiance_cache import bake_scene
 from scenes.occupancy import true_occupancy
 
 
@@ -33,32 +35,32 @@ def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress)
     if choice.notice:
         progress.notice(choice.notice)
     facts = RunFacts(choice.name, choice.notice)
-    with prepared(study, choice.name, facts, progress) as sequence, workers(count) as pool:
+    with prepared(study, choice.name, facts, progress) as setup, workers(count) as pool:
+        setup = replace(setup, threads=0 if count <= 1 else 1)
+        sequence = RenderedSequence(setup)
         with facts.timed("perceive"):
-            percepts = _perceive(sequence, choice.name, pool, progress, threads=0 if count <= 1 else 1)
+            percepts = _perceive(setup, len(sequence), pool, progress)
         with facts.timed("localise"):
             localised = _localise(sequence, percepts, pool, progress)
-        with facts.timed("evidence"), progress.stage("pictures", 1) as advance:
-            _write(folder, sequence, percepts, localised)
-            advance(1)
+        with facts.timed("pictures"):
+            rows = [row for p in percepts for row in p.rows]
+            shown = _show(setup, strips.choose(rows), pool, progress)
+        _write(folder, sequence, rows, localised, shown)
     return facts
 
 
 @contextmanager
 def prepared(
     study: RenderedStudy, engine: str, facts: RunFacts, progress: Progress
-) -> Iterator[RenderedSequence]:
-    """The study's sequence with its light baked where worker processes will find it."""
+) -> Iterator[SequenceSetup]:
+    """What every process needs, with the scene's light baked where it will be found."""
     with _writable_cache() as cache:
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
-            setup = SequenceSetup(study, engine, light_colours(load_scene(study)), 0, cache)
-            sequence = RenderedSequence(setup)
-            renderer = sequence.renderer
+            scene = load_scene(study)
+            setup = SequenceSetup(study, engine, light_colours(scene), 0, cache)
+            bake_scene(scene, cache)
             advance(1)
-        try:
-            yield sequence
-        finally:
-            renderer.close()
+        yield setup
 
 
 @contextmanager
@@ -88,16 +90,29 @@ def _perceive_frame(task: tuple[bytes, int]) -> FramePercepts:
     return _perception(pickled_setup).frame(frame)
 
 
-def _perceive(
-    sequence: RenderedSequence, engine: str, pool: Workers, progress: Progress, threads: int
-) -> list[FramePercepts]:
-    setup = pickle.dumps(sequence.setup_with(threads))
-    percepts = []
-    with progress.stage("perceive", len(sequence)) as advance:
-        for result in pool.map(_perceive_frame, [(setup, k) for k in range(len(sequence))]):
+def _perceive(setup: SequenceSetup, frames: int, pool: Workers, progress: Progress) -> list[FramePercepts]:
+    pickled, percepts = pickle.dumps(setup), []
+    with progress.stage("perceive", frames) as advance:
+        for result in pool.map(_perceive_frame, [(pickled, k) for k in range(frames)]):
             percepts.append(result)
             advance(1)
     return percepts
+
+
+def _show_choice(task: tuple[bytes, strips.Choice]) -> strips.Strip:
+    pickled_setup, choice = task
+    return strips.render(choice, _perception(pickled_setup).sequence)
+
+
+def _show(
+    setup: SequenceSetup, choices: list[strips.Choice], pool: Workers, progress: Progress
+) -> list[strips.Strip]:
+    pickled, shown = pickle.dumps(setup), []
+    with progress.stage("pictures", len(choices)) as advance:
+        for strip in pool.map(_show_choice, [(pickled, choice) for choice in choices]):
+            shown.append(strip)
+            advance(1)
+    return shown
 
 
 def _localise(
@@ -146,21 +161,19 @@ def _world(sequence: RenderedSequence, percepts: list[FramePercepts]) -> World:
 def _write(
     folder: RunFolder,
     sequence: RenderedSequence,
-    percepts: list[FramePercepts],
+    rows: list[dict[str, object]],
     localised: list[tuple[Variant, list[Localised]]],
+    shown: list[strips.Strip],
 ) -> None:
     scene, figures = sequence.scene, folder.path / "figures"
-    rows = [row for p in percepts for row in p.rows]
     folder.write_frames(rows)
     folder.write_runs([run.row for _, runs in localised for run in runs])
     folder.write_trajectory(f"truth--{scene.name}", scene.tour.stamps, scene.tour.poses)
-    for _, runs in localised:
-        for run in runs:
-            if run.row["status"] == "ok":
-                stem = run_stem(run.row)
-                folder.write_trajectory(stem, scene.tour.stamps, run.poses)
-                if run.row["seed"] == 0:
-                    folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
+    for run in (run for _, runs in localised for run in runs if run.row["status"] == "ok"):
+        stem = run_stem(run.row)
+        folder.write_trajectory(stem, scene.tour.stamps, run.poses)
+        if run.row["seed"] == 0:
+            folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
     occupancy = true_occupancy(scene, sequence.study.navigation.resolution_m)
     np.savez_compressed(
         figures / f"occupancy--{scene.name}.npz",
@@ -168,4 +181,4 @@ def _write(
         origin=occupancy.origin,
         resolution=occupancy.resolution,
     )
-    strips.write(figures, strips.choose(rows), sequence)
+    strips.write(figures, shown)

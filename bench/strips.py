@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.perception import make_filter
 from bench.pictures import write_png
 from bench.sequences.rendered import RenderedSequence
-from bench.study_model import Illumination
 
 Row = dict[str, object]
 RANKS = ("best", "median", "worst")
@@ -26,6 +26,14 @@ class Choice:
 
     rank: str
     row: Row
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """The pictures of a choice by kind: (H, W, 3) uint8, or (H, W) bool for a mask."""
+
+    choice: Choice
+    pictures: dict[str, NDArray[np.uint8] | NDArray[np.bool_]]
 
 
 def choose(rows: Sequence[Row]) -> list[Choice]:
@@ -48,30 +56,30 @@ def choose(rows: Sequence[Row]) -> list[Choice]:
     return choices
 
 
-def write(folder: Path, choices: Sequence[Choice], sequence: RenderedSequence) -> None:
-    """Render the chosen frames again and write ``strips/*.png`` and ``strips.csv`` into ``folder``."""
+def render(choice: Choice, sequence: RenderedSequence) -> Strip:
+    """Render a chosen frame again and filter it."""
+    study, row = sequence.study, choice.row
+    illumination = next(i for i in study.illuminations.grid() if i.name == row["illumination"])
+    light_filter = next(make_filter(f) for f in study.filters if f.label == row["filter"])
+    frame = int(str(row["frame"]))
+    recording = sequence.record(sequence.basis(frame), illumination, frame)
+    filtered = light_filter(recording.image)
+    pictures = (recording.image, recording.highlight, filtered.mask, filtered.image, recording.diffuse)
+    return Strip(choice, dict(zip(PICTURES, pictures, strict=True)))
+
+
+def write(folder: Path, shown: Sequence[Strip]) -> None:
+    """Write ``strips/*.png`` and ``strips.csv`` into ``folder``."""
     (folder / "strips").mkdir(exist_ok=True)
-    filters = {choice.label: make_filter(choice) for choice in sequence.study.filters}
-    illuminations: dict[object, Illumination] = {i.name: i for i in sequence.study.illuminations.grid()}
     table = []
-    for choice in choices:
-        row = choice.row
-        frame = int(str(row["frame"]))
-        recording = sequence.record(sequence.basis(frame), illuminations[row["illumination"]], frame)
-        filtered = filters[str(row["filter"])](recording.image)
-        pictures = (
-            recording.image,
-            recording.highlight,
-            filtered.mask,
-            filtered.image,
-            recording.diffuse,
-        )
+    for strip in shown:
+        row, rank = strip.choice.row, strip.choice.rank
         labels = {k: row[k] for k in ("scene", "illumination", "filter", "frame")}
-        stem = "--".join(str(v) for v in labels.values()) + f"--{choice.rank}"
+        stem = "--".join([*(str(v) for v in labels.values()), rank])
         names = {kind: f"{stem}-{kind.replace('_', '-')}.png" for kind in PICTURES}
-        for kind, picture in zip(PICTURES, pictures, strict=True):
+        for kind, picture in strip.pictures.items():
             write_png(folder / "strips" / names[kind], picture)
-        table.append({**labels, "rank": choice.rank, "iou": row["iou"], "psnr_db": row["psnr_db"], **names})
+        table.append({**labels, "rank": rank, "iou": row["iou"], "psnr_db": row["psnr_db"], **names})
     (folder / "strips.csv").write_text(_csv(table), encoding="utf-8")
 
 

@@ -12,8 +12,17 @@ import numpy as np
 
 from renderers import irradiance
 from renderers.irradiance import Irradiance
-from renderers.lights import UnitLight
-from renderers.mesh import RayCaster, SceneMesh
+from renderers.lights import UnitLight, unit_lights
+from renderers.mesh import RayCaster, SceneMesh, build_mesh
+from scenes.model import Scene
+
+
+def bake_scene(scene: Scene, folder: Path) -> None:
+    """Bake a scene's light into the cache, on all cores, for the renderers of other processes to find."""
+    mesh = build_mesh(scene)
+    load_or_bake(
+        mesh, RayCaster(mesh.vertices, mesh.triangles), list(unit_lights(scene).values()), folder
+    )
 
 
 def load_or_bake(

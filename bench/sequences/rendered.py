@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -63,10 +63,6 @@ class RenderedSequence:
 
     def __len__(self) -> int:
         return len(self.scene.tour.stamps)
-
-    def setup_with(self, threads: int) -> SequenceSetup:
-        """The setup of the same sequence in a process with so many ray-casting threads."""
-        return replace(self._setup, threads=threads)
 
     @cached_property
     def renderer(self) -> SceneRenderer:
