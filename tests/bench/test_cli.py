@@ -84,7 +84,7 @@ def test_lists_name_what_exists_with_a_line_about_it(capsys, kind, name):
         (["run", "--study", "dlr", "--data", "nowhere"], "searched --data nowhere"),
         (["generate"], "--out"),
         (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' renders nothing"),
-        (["generate", "--out", "x", "--illumination", "sun10000-bulb80"], "did you mean 'sun10000-bulb800'"),
+        (["generate", "--out", "x", "--illumination", "sum0-bulb1"], "unknown illumination 'sum0-bulb1': "),
         (["list", "filter"], "'filter' is not one of"),
         (["fetch", "kitti"], "'kitti' is not one of"),
         (["report", "nowhere"], "nowhere"),
