@@ -20,9 +20,7 @@ from scenes.model import Scene
 def bake_scene(scene: Scene, folder: Path) -> None:
     """Bake a scene's light into the cache, on all cores, for the renderers of other processes to find."""
     mesh = build_mesh(scene)
-    load_or_bake(
-        mesh, RayCaster(mesh.vertices, mesh.triangles), list(unit_lights(scene).values()), folder
-    )
+    load_or_bake(mesh, RayCaster(mesh.vertices, mesh.triangles), list(unit_lights(scene).values()), folder)
 
 
 def load_or_bake(

@@ -61,7 +61,7 @@ class SunLight:
 
 @dataclass(frozen=True)
 class BulbLight:
-    """1 lumen from a point: 1/4π candela in every direction. Its luminous sphere does not shade its own light."""
+    """1 lumen from a point: 1/4π candela in every direction. Its sphere does not shade its own light."""
 
     name: str
     index: int

@@ -75,7 +75,7 @@ def _smith_lambda(cosine: float, alpha: float) -> float:
 
 @njit(cache=True)
 def _visible_normal(vx: float, vz: float, alpha: float, u: float, w: float) -> tuple[float, float]:
-    """The x and z of a GGX normal seen from (vx, 0, vz), (u, w) in the unit square (Heitz 2018, listing 1)."""
+    """The x and z of a GGX normal seen from (vx, 0, vz), for (u, w) in the unit square (Heitz 2018)."""
     length = np.sqrt(alpha * alpha * vx * vx + vz * vz)
     sx, sz = alpha * vx / length, vz / length  # the view in the configuration of a hemisphere
     r, phi = np.sqrt(u), 2.0 * np.pi * w

@@ -17,6 +17,10 @@ NEAR_M, FAR_M = 0.03, 500.0
 FACE_DENSITY = 1.5
 """Cube-face pixels per radian at a face's centre, where they are fewest, over the camera's own."""
 
+EDGE_SLACK, NEIGHBOUR_SLACK = 1e-4, 1.0
+"""How far beside a triangle, as a share of its size, a ray still hits it: float32's error on an edge; one
+triangle further on the same plane."""
+
 _CUBE = {  # rotation from a face's camera axes to the camera's, for front, right, left, down, up, back
     (2, 1): ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     (0, 1): ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
@@ -122,8 +126,9 @@ def _resolve(
     """The triangle under each ray among those drawn at the four nearest face pixels.
 
     A face pixel's centre is not the ray's, so near an edge the nearest pixel may show the neighbour. The
-    ray decides: of the candidates it pierces, the nearest wins. If it pierces none (a silhouette thinner
-    than a pixel) the nearest pixel's own triangle and distance stand.
+    ray decides: of the candidates it pierces, the nearest wins. If it pierces none, as where the tips of
+    several triangles meet, the nearest pixel's triangle stands, with the distance to its plane; where the ray
+    misses that by far (a silhouette thinner than a pixel), with the distance drawn.
     """
     height, width = drawn.shape[:2]
     n = len(coordinates)
@@ -140,19 +145,22 @@ def _resolve(
             if candidate < 0:
                 sky = True
                 continue
-            t = _pierce(origin, directions[i], vertices, triangles[candidate])
+            t = _pierce(origin, directions[i], vertices, triangles[candidate], EDGE_SLACK)
             if t < distance[i]:
                 triangle[i], distance[i] = candidate, t
         if triangle[i] < 0 and not sky:
             triangle[i] = int(drawn[nearest_row, nearest_column, 0] + 0.5) - 1
-            distance[i] = drawn[nearest_row, nearest_column, 1]
+            t = _pierce(origin, directions[i], vertices, triangles[triangle[i]], NEIGHBOUR_SLACK)
+            distance[i] = t if t < np.inf else drawn[nearest_row, nearest_column, 1]
     return triangle, distance
 
 
 @njit(cache=True)
-def _pierce(origin: F32, direction: F32, vertices: F32, corners: I32) -> float:
-    """Distance along the ray to a triangle (Möller & Trumbore 1997), inf if it passes by."""
-    slack = 1e-4
+def _pierce(origin: F32, direction: F32, vertices: F32, corners: I32, slack: float) -> float:
+    """Distance along the ray to a triangle (Möller & Trumbore 1997), inf if it passes by.
+
+    ``slack`` is how far outside the barycentric coordinates may lie.
+    """
     ax, ay, az = vertices[corners[0], 0], vertices[corners[0], 1], vertices[corners[0], 2]
     bx, by, bz = vertices[corners[1], 0] - ax, vertices[corners[1], 1] - ay, vertices[corners[1], 2] - az
     cx, cy, cz = vertices[corners[2], 0] - ax, vertices[corners[2], 1] - ay, vertices[corners[2], 2] - az

@@ -68,7 +68,9 @@ class Sensor:
             "f_number": self.f_number,
             "full_well_e": self.full_well_e,
             "min_exposure_s": self.min_exposure_s,
+            "max_exposure_s": self.max_exposure_s,
             "metering_target": self.metering_target,
+            "exposure_s": self.min_exposure_s if self.exposure_s is None else self.exposure_s,
         }
         for name, value in positive.items():
             if not (np.isfinite(value) and value > 0):
@@ -77,8 +79,10 @@ class Sensor:
             raise RendererError("sensor: quantum efficiencies and lens transmission must lie in 0…1")
         if not 8 <= self.bit_depth <= 16 or not 0 <= self.black_level_dn < 2**self.bit_depth // 2:
             raise RendererError("sensor: bit_depth must be 8…16 and black_level_dn below half of its range")
-        if self.read_noise_e < 0 or self.max_exposure_s < self.min_exposure_s:
-            raise RendererError("sensor: read noise must be ≥ 0 and max_exposure_s ≥ min_exposure_s")
+        if not (np.isfinite(self.read_noise_e) and self.read_noise_e >= 0):
+            raise RendererError(f"sensor: read_noise_e must be ≥ 0, not {self.read_noise_e}")
+        if self.max_exposure_s < self.min_exposure_s:
+            raise RendererError("sensor: max_exposure_s must not be below min_exposure_s")
 
     @property
     def gain_dn_per_e(self) -> float:

@@ -65,7 +65,7 @@ def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, in
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(segment, axis=1))])
     heading = np.unwrap(np.arctan2(segment[:, 1], segment[:, 0]))
     heading = np.append(heading, heading[0] + 2 * np.pi * np.round((heading[-1] - heading[0]) / (2 * np.pi)))
-    stamps = np.arange(int(length_m / (speed_mps * interval_s)) + 1) * interval_s
+    stamps = interval_s * np.arange(int(length_m / (speed_mps * interval_s)) + 1, dtype=np.float64)
     s = start_m + stamps * speed_mps
     laps, s = np.floor(s / along[-1]), np.mod(s, along[-1])
     poses = np.empty((len(s), 3))

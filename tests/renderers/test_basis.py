@@ -71,7 +71,8 @@ def test_two_lamps_in_one_layer_are_the_sum(renderer_of, scene_of, corner, basis
     scene = scene_of(*corner, bulbs=lamps, sun=Sun(250.0, 40.0, 1.0))
     both = layer(renderer_of(scene, CAMERA, MOUNT).render(POSE), "both")
     for k in range(2):
-        np.testing.assert_allclose(both[k], layer(basis, "a")[k] + layer(basis, "b")[k], rtol=1e-4, atol=1e-7)
+        one, other = layer(basis, "a")[k], layer(basis, "b")[k]
+        np.testing.assert_allclose(both[k], one + other, rtol=1e-4, atol=1e-7)
 
 
 def test_full_is_diffuse_plus_specular(renderer_of, scene_of, basis):

@@ -95,7 +95,7 @@ def test_back_faces_reflect_nothing(scene_of, floor):
     """A lit sheet above the floor that faces up leaves the floor below dark."""
     white = Material((1.0, 1.0, 1.0), roughness=1.0, specular=0.0)
     sheet = surface("sheet", white, rectangle((-20, -20, 1), (40, 0, 0), (0, 40, 0), 40.0))
-    mesh, layer, light = baked(scene_of(floor(2.0), sheet, sun=Sun(0.0, 90.0, lux=1.0)))
+    _, layer, light = baked(scene_of(floor(2.0), sheet, sun=Sun(0.0, 90.0, lux=1.0)))
     assert not light.total[layer["sun"], :25].any()
 
 
