@@ -17,8 +17,13 @@ def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="The 
 
 def show(run_dir: Path) -> None:
     """Write the page, then print the table and where the page is."""
+    from rich.console import Console
+
     from reports import html, terminal
 
     page = html.build(run_dir)
-    typer.echo(terminal.summary(run_dir))
+    console = Console()
+    if not console.is_terminal:
+        console.width = 100  # a file is as wide as it is; rich assumes 80
+    console.print(terminal.summary(run_dir))
     typer.echo(f"report: {page}")
