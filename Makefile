@@ -26,7 +26,7 @@ test: lint  ## lint, then all tests
 lint: $(READY_TEST)  ## style, format, import contracts, types
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
-	$(VENV)/bin/lint-imports --no-timing
+	$(VENV)/bin/lint-imports --no-logo
 	$(VENV)/bin/mypy
 
 lock: $(READY_TEST)  ## resolve the lock files anew (needs the network)
