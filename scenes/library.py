@@ -83,4 +83,8 @@ def load(name: str, **parameters: object) -> Scene:
     for parameter in parameters:
         if parameter not in known:
             raise SceneError(f"scene {name!r} has no parameter {parameter!r}; it has {', '.join(known)}")
-    return builders[name](**parameters)
+    try:
+        return builders[name](**parameters)
+    except (TypeError, ValueError) as error:
+        given = ", ".join(f"{key}={value!r}" for key, value in parameters.items())
+        raise SceneError(f"scene {name!r}: {given} does not fit ({error})") from error

@@ -46,7 +46,7 @@ def true_occupancy(
     Raises
     ------
     SceneError
-        If the tour starts in a blocked cell.
+        If the tour starts in a blocked cell or outside the scene's bounds.
     """
     margin = 2 * resolution
     x0, y0, x1, y1 = scene.bounds
@@ -57,7 +57,10 @@ def true_occupancy(
     )
     blocked = np.zeros(shape, dtype=bool)
     for surface in scene.surfaces:
-        for triangle in surface.vertices[surface.triangles]:
+        corners = surface.vertices[surface.triangles]
+        height = corners[..., 2]
+        in_band = (height.max(axis=1) >= height_m[0]) & (height.min(axis=1) <= height_m[1])
+        for triangle in corners[in_band]:
             points = _sample(_clip(triangle, *height_m), resolution / 3)
             cell = np.floor((points - origin) / resolution).astype(int)
             inside = (cell >= 0).all(1) & (cell < shape[::-1]).all(1)
@@ -98,9 +101,10 @@ def _reachable(
     blocked: NDArray[np.bool_], origin: FloatArray, resolution: float, scene: Scene
 ) -> NDArray[np.bool_]:
     regions, _ = ndimage.label(~blocked)
-    column, row = np.floor((scene.tour.poses[0, :2] - origin) / resolution).astype(int)
+    x, y = scene.tour.poses[0, :2]
+    column, row = np.floor(([x, y] - origin) / resolution).astype(int)
+    if not (0 <= row < blocked.shape[0] and 0 <= column < blocked.shape[1]):
+        raise SceneError(f"scene {scene.name!r}: the tour starts outside its bounds at ({x:g}, {y:g}) m")
     if regions[row, column] == 0:
-        raise SceneError(
-            f"scene {scene.name!r}: the tour starts inside an obstacle at {scene.tour.poses[0, :2]}"
-        )
+        raise SceneError(f"scene {scene.name!r}: the tour starts inside an obstacle at ({x:g}, {y:g}) m")
     return regions == regions[row, column]

@@ -57,9 +57,17 @@ def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, in
         Closed polyline, metres.
     start_m, length_m : float
         Where on the way the tour starts and how far it goes, metres along it; it may go round more than once.
+
+    Raises
+    ------
+    SceneError
+        If speed or interval is not positive, or the length negative.
     """
-    if speed_mps <= 0 or interval_s <= 0:
-        raise SceneError("tour: speed and frame interval must be positive")
+    if not (0 < speed_mps < np.inf and 0 < interval_s < np.inf and 0 <= length_m < np.inf):
+        raise SceneError(
+            f"tour: speed {speed_mps} m/s and frame interval {interval_s} s must be positive, "
+            f"length {length_m} m not negative"
+        )
     closed = np.vstack([way, way[:1]])
     segment = np.diff(closed, axis=0)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(segment, axis=1))])

@@ -76,7 +76,7 @@ def test_two_lamps_in_one_layer_are_the_sum(renderer_of, scene_of, corner, basis
 
 
 def test_full_is_diffuse_plus_specular(renderer_of, scene_of, basis):
-    """The two parts of one material sum to the BRDF as a whole: diffuse (1 − F) + lobe, to float precision."""
+    """The parts of one material sum to its whole BRDF, diffuse (1 − F) + lobe, to float precision."""
     intensity = {"sun": 20_000.0, "sky": 1_000.0, "a": 800.0, "b": 0.0}
     diffuse, specular = relight(basis, intensity, colours(basis))
     full = sum(

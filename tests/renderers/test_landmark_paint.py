@@ -108,7 +108,7 @@ def test_paint_lies_on_the_floor_alone(painted):
 
 
 def brute_force_share(camera, T, mark, low, high, count=200):
-    """Share of a dense grid of the disc's points that is in the picture and not behind an axis-parallel box."""
+    """Share of a dense grid of the disc's points that is in the picture and not behind an upright box."""
     grid = np.linspace(-1, 1, count)
     x, y = (g.ravel() for g in np.meshgrid(grid, grid))
     keep = x**2 + y**2 <= 1

@@ -75,7 +75,7 @@ def test_mean_and_variance_are_those_of_emva_1288(electrons):
 
 @pytest.mark.parametrize("electrons", LEVELS)
 def test_coarse_adc_records_the_exact_distribution(electrons):
-    """With σ below half a step 1/12 no longer holds: Poisson * normal, cut into steps, by the chi-square test."""
+    """With σ below half a step 1/12 no longer holds: Poisson * normal, cut into steps, by chi-square."""
     sensor = Sensor()
     raw = recorded(sensor, electrons)
     counts = np.arange(stats.poisson.ppf(1e-9, electrons), stats.poisson.isf(1e-9, electrons) + 1)

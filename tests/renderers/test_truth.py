@@ -87,7 +87,7 @@ def test_noisy_picture_scatters_about_the_true_one(signal):
 
 
 def test_exposure_is_that_of_the_lit_scene(signal):
-    """The restoration target is taken with the same settings: where no specular light falls it is the picture."""
+    """The restoration target has the same settings: where no specular light falls it is the picture."""
     shot = take(signal)
     corner = np.s_[:5, :5]
     assert not signal[1][corner].max() > 1e-3

@@ -1,0 +1,145 @@
+"""The true grid against rays cast through the geometry."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from renderers.mesh import RayCaster, build_mesh
+from scenes import library
+from scenes.errors import SceneError
+from scenes.geometry import box, rectangle, surface
+from scenes.model import Material, Scene, Sky, Sun, Tour
+from scenes.occupancy import TrueOccupancy, true_occupancy
+
+GREY = Material((0.5, 0.5, 0.5), 1.0)
+RESOLUTION = 0.1
+
+
+@pytest.fixture(scope="module")
+def corridor():
+    scene = library.load("corridor")
+    mesh = build_mesh(scene)
+    return scene, true_occupancy(scene, RESOLUTION), RayCaster(mesh.vertices, mesh.triangles, threads=1)
+
+
+def cell_centres(grid):
+    rows, columns = np.indices(grid.blocked.shape)
+    return grid.origin + (np.stack([columns, rows], axis=-1) + 0.5) * grid.resolution
+
+
+def crossed(grid, caster, heights, reach=0.49):
+    """Cells in which a ray from the centre hits something within ``reach`` cells.
+
+    At 0.49 it stays short of the border, which belongs to both neighbours.
+    """
+    centres = cell_centres(grid)
+    hit = np.zeros(grid.blocked.shape, dtype=bool)
+    half = reach * grid.resolution
+    for height in heights:
+        origins = np.concatenate([centres, np.full((*hit.shape, 1), height)], axis=-1).astype(np.float32)
+        for way in ([half, 0, 0], [-half, 0, 0], [0, half, 0], [0, -half, 0]):
+            hit |= caster.occluded(origins, np.broadcast_to(np.float32(way), origins.shape), far=1.0)
+    low = np.concatenate([centres, np.full((*hit.shape, 1), 0.05)], axis=-1).astype(np.float32)
+    return hit | caster.occluded(low, np.broadcast_to(np.float32([0, 0, 1.15]), low.shape), far=1.0)
+
+
+def test_what_rays_hit_is_blocked(corridor):
+    _, grid, caster = corridor
+    hit = crossed(grid, caster, np.arange(0.06, 1.2, 0.06))
+    assert hit.sum() > 500
+    assert grid.blocked[hit].all()
+
+
+def test_free_cells_are_free_and_connected_and_walls_are_thin(corridor):
+    """Beside free cells, a cell is blocked only if some ray through it hits something."""
+    _, grid, caster = corridor
+    rows, columns = grid.blocked.shape
+    fine = TrueOccupancy(np.zeros((4 * rows, 4 * columns), dtype=bool), grid.origin, RESOLUTION / 4)
+    near = crossed(fine, caster, (0.07, 0.5), reach=1.1)
+    near = near.reshape(rows, 4, columns, 4).any(axis=(1, 3))
+    regions, _ = ndimage.label(~grid.blocked)
+    assert regions.max() == 1
+    reachable_side = ndimage.binary_dilation(~grid.blocked)  # over an edge, not a corner
+    assert near[grid.blocked & reachable_side].all()
+
+
+def test_area_of_the_ring(corridor):
+    """20 × 14 m less its 15 × 9 m core, less the cells of the walls and of the furniture."""
+    _, grid, _ = corridor
+    free_m2 = (~grid.blocked).sum() * RESOLUTION**2
+    assert 0.85 * (20 * 14 - 15 * 9) < free_m2 < 20 * 14 - 15 * 9
+
+
+def test_outdoors_and_core_are_blocked(corridor):
+    _, grid, _ = corridor
+    for place in ((10.0, 7.0), (10.0, -0.15), (-0.15, 7.0)):
+        column, row = np.floor((np.array(place) - grid.origin) / grid.resolution).astype(int)
+        assert grid.blocked[row, column]
+
+
+def test_tour_is_free(corridor):
+    scene, grid, _ = corridor
+    column, row = np.floor((scene.tour.poses[:, :2] - grid.origin) / grid.resolution).astype(int).T
+    assert not grid.blocked[row, column].any()
+
+
+def room_with(*things, start=(0.5, 0.5)):
+    """A room of 4 m × 3 m with thin walls."""
+    walls = [
+        rectangle((0, 0, 0), (0, 0, 2), (4, 0, 0)),
+        rectangle((4, 0, 0), (0, 0, 2), (0, 3, 0)),
+        rectangle((4, 3, 0), (0, 0, 2), (-4, 0, 0)),
+        rectangle((0, 3, 0), (0, 0, 2), (0, -3, 0)),
+    ]
+    floor = surface("floor", GREY, rectangle((0, 0, 0), (4, 0, 0), (0, 3, 0)))
+    tour = Tour(np.array([[*start, 0.0]]), np.zeros(1))
+    surfaces = (floor, surface("wall", GREY, *walls), *things)
+    sun, sky = Sun(0.0, 45.0, 1.0), Sky(1.0)
+    return Scene(
+        "room", surfaces, (), sun, sky, (), tour, "floor", (1.0,) * 3, (0.0,) * 3, (0.0, 0.0, 4.0, 3.0)
+    )
+
+
+def test_box_blocks_its_footprint_inside_too():
+    block = surface("block", GREY, box((2.02, 1.02, 0), (2.98, 1.98, 0.5)))
+    grid = true_occupancy(room_with(block), 0.1)
+    x, y = np.moveaxis(cell_centres(grid), -1, 0)
+    inside = (x > 2.0) & (x < 3.0) & (y > 1.0) & (y < 2.0)
+    room = (x > 0.1) & (x < 3.9) & (y > 0.1) & (y < 2.9)
+    np.testing.assert_array_equal(grid.blocked[room], inside[room])
+
+
+@pytest.mark.parametrize(("low", "high", "blocks"), [(1.3, 1.6, False), (0.0, 0.04, False), (1.1, 1.6, True)])
+def test_only_the_robots_height_counts(low, high, blocks):
+    """A shelf above the mast and a sill below the wheels are not in the way."""
+    shelf = surface("shelf", GREY, box((2, 1, low), (3, 2, high), bottom=True))
+    grid = true_occupancy(room_with(shelf), 0.1)
+    column, row = np.floor((np.array([2.5, 1.5]) - grid.origin) / grid.resolution).astype(int)
+    assert grid.blocked[row, column] == blocks
+
+
+def test_slanted_board_is_cut_at_the_band():
+    """A ramp from the floor to 2.4 m: in the robot's way between 0.05 m and 1.2 m of height."""
+    ramp = surface("ramp", GREY, rectangle((1, 1, 0), (2, 0, 2.4), (0, 1, 0)))
+    grid = true_occupancy(room_with(ramp), 0.05)
+    row = int((1.5 - grid.origin[1]) / 0.05)
+    x = cell_centres(grid)[row, :, 0]
+    blocked = x[grid.blocked[row] & (x > 0.2) & (x < 3.8)]
+    assert blocked.min() == pytest.approx(1 + 0.05 / 1.2, abs=0.05)
+    assert blocked.max() == pytest.approx(2.0, abs=0.05)
+
+
+def test_tour_inside_an_obstacle():
+    block = surface("block", GREY, box((0.3, 0.3, 0), (0.52, 0.52, 1.0)))
+    with pytest.raises(SceneError, match="scene 'room': the tour starts inside an obstacle"):
+        true_occupancy(room_with(block, start=(0.31, 0.31)), 0.1)
+
+
+def test_tour_outside_the_plan():
+    scene = dataclasses.replace(room_with(start=(9.0, 9.0)))
+    with pytest.raises(SceneError, match="scene 'room': the tour starts outside"):
+        true_occupancy(scene, 0.1)
