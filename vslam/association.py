@@ -53,6 +53,7 @@ class Annotated:
             When a picture holds an id twice.
         """
         seen: set[int] = set()
+        known = len(self._numbers)
         hypothesis = np.full(len(observations), DISCARDED, dtype=np.int64)
         for i, landmark in enumerate(observations.ids.tolist()):
             if landmark < 0:
@@ -62,7 +63,7 @@ class Annotated:
             seen.add(landmark)
             # The back-end numbers new landmarks in the order of the observations, as here.
             number = self._numbers.setdefault(landmark, len(self._numbers))
-            hypothesis[i] = number if number < len(backend.landmarks) else NEW
+            hypothesis[i] = number if number < known else NEW
         return hypothesis
 
 
