@@ -20,8 +20,10 @@ def draw(run: Run, strips: Sequence[Strip]) -> Path | None:
     from matplotlib import image
 
     with style.styled():
-        figure = style.new_figure(11.0, 1.62 * len(strips) + 0.3)
+        figure = style.new_figure(11.0, height := 1.62 * len(strips) + 0.35, None)
         axes = figure.subplots(len(strips), len(PICTURES), squeeze=False)
+        edges = {"left": 0.07, "right": 0.995, "top": 1 - 0.3 / height, "bottom": 0.05 / height}
+        figure.subplots_adjust(**edges, wspace=0.03, hspace=0.05)
         for row, strip in zip(axes, strips, strict=True):
             for panel, kind in zip(row, PICTURES, strict=True):
                 try:

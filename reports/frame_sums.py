@@ -25,20 +25,23 @@ class FrameSums:
 
     Attributes
     ----------
-    table : DataFrame
-        Indexed by (filter, illumination, block); columns as :func:`addends` makes them.
+    sums : (filters, illuminations, blocks, columns) float64
+    axes : the names along the first, second and last axis
     block_length : int
         Frames per block.
-    blocks : int
-        How many blocks there are.
     left_out : int
         Frames that not every filter has, which no comparison uses.
     """
 
-    table: DataFrame
+    sums: FloatArray
+    axes: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
     block_length: int
-    blocks: int
     left_out: int
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks there are."""
+        return self.sums.shape[2]
 
     @property
     def unit(self) -> str:
@@ -47,12 +50,10 @@ class FrameSums:
 
     def of(self, name: str, illumination: str | None, *columns: str) -> FloatArray:
         """(k, n) float64: the sums of k columns in each of n blocks, for one illumination or (None) all."""
-        rows = self.table.loc[name]
-        if illumination is not None:
-            per_block = rows.xs(illumination, level="illumination")
-        else:
-            per_block = rows.groupby(level="block").sum()
-        return per_block.reindex(range(self.blocks), fill_value=0.0)[list(columns)].to_numpy(np.float64).T
+        filters, lights, names = self.axes
+        sums = self.sums[filters.index(name)]
+        per_block = sums.sum(axis=0) if illumination is None else sums[lights.index(illumination)]
+        return per_block[:, [names.index(c) for c in columns]].T
 
 
 def frame_sums(run: Run) -> FrameSums:
@@ -61,9 +62,16 @@ def frame_sums(run: Run) -> FrameSums:
     length = _block_length(shared)
     assigned = blocks.assign(shared, length)
     table = addends(shared).merge(assigned, on=["scene", "frame"])
-    values = [c for c in table.columns if c not in {*KEYS, "filter", "block"}]
-    sums = table.groupby(["filter", "illumination", "block"], sort=True)[values].sum()
-    return FrameSums(sums, length, int(assigned["block"].max()) + 1, left_out)
+    columns = tuple(str(c) for c in table.columns if c not in {*KEYS, "filter", "block"})
+    lights = tuple(sorted(set(run.frames["illumination"])))
+    sums = np.zeros((len(run.filters), len(lights), int(assigned["block"].max()) + 1, len(columns)))
+    at = (
+        np.array([run.filters.index(f) for f in table["filter"]]),
+        np.array([lights.index(w) for w in table["illumination"]]),
+        table["block"].to_numpy(),
+    )
+    np.add.at(sums, at, table[list(columns)].to_numpy(np.float64))
+    return FrameSums(sums, (run.filters, lights, columns), length, left_out)
 
 
 def addends(frames: DataFrame) -> DataFrame:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections import Counter
 from pathlib import Path
 
 from reports import style
@@ -49,8 +50,18 @@ def svg(path: Path) -> str:
 
 
 def _own_ids(text: str, prefix: str) -> str:
-    """Prefix every id, so that two figures on one page cannot refer to each other's parts."""
-    text = re.sub(r'\bid="', f'id="{prefix}-', text)
+    """Prefix every id, so that two figures on one page cannot refer to each other's parts.
+
+    A picture drawn twice in a figure has the same id twice, and nothing refers to it: repeats are numbered.
+    """
+    seen: Counter[str] = Counter()
+
+    def own(match: re.Match[str]) -> str:
+        seen[match[1]] += 1
+        repeat = f"-{seen[match[1]]}" if seen[match[1]] > 1 else ""
+        return f'id="{prefix}-{match[1]}{repeat}"'
+
+    text = re.sub(r'\bid="([^"]*)"', own, text)
     text = re.sub(r"url\(#", f"url(#{prefix}-", text)
     return re.sub(r'href="#', f'href="#{prefix}-', text)
 

@@ -15,14 +15,15 @@ from reports.wording import plural
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
+    strip_section, maps = _strips(run), _maps(run)  # first: they read files that may be damaged
     comparison = compare(run)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
     sections = (
         Section("effect", "What the filters changed", pictures=_effects(run, comparison)),
         Section("numbers", "All numbers", tables=headline.tables(run, comparison)),
         Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
-        _strips(run),
-        Section("map", "Where the robot thought it was", pictures=_maps(run)),
+        strip_section,
+        Section("map", "Where the robot thought it was", pictures=maps),
         Section("failures", "Runs that failed", bullets=_failures(run)),
         Section("reading", "How to read this", bullets=_caveats(run, comparison)),
     )

@@ -2,66 +2,94 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reports.errors import ReportError
 from reports.run import BASELINE, OK, Run
-
-if TYPE_CHECKING:
-    from pandas import DataFrame, Series
 
 FloatArray = NDArray[np.float64]
 
-CONDITION = ["scene", "illumination", "backend", "association", "observation", "seed"]
+CONDITION = ["scene", "illumination", "backend", "association", "observation"]
 METRICS = ("rmse_m", "landmarks_mapped", "nav_success", "nav_cost_ratio")
 
 
 @dataclass(frozen=True, eq=False)
 class RunSums:
-    """The runs that did not fail, beside all runs.
+    """Metrics of every run as arrays over conditions and seeds.
 
     Attributes
     ----------
-    good, all : DataFrame
-        ``bench.schema.RUN_COLUMNS``.
+    values : dict
+        (filter, metric) → (conditions, seeds) float64; NaN where a run failed, is absent or lacks it.
+    illuminations : (conditions,) str
+        The light of each condition.
+    failures : dict
+        (filter, illumination) → failed runs and all runs.
     """
 
-    good: DataFrame
-    all: DataFrame
+    values: dict[tuple[str, str], FloatArray]
+    illuminations: NDArray[np.str_]
+    failures: dict[tuple[str, str], tuple[int, int]]
 
     def of(self, name: str, illumination: str | None, metric: str) -> FloatArray:
-        """(2, n) float64: sum and count of a metric for each of n seeds that have it."""
-        rows = _chosen(self.good, name, illumination)
-        return _per_seed(rows["seed"], rows[metric])
+        """(2, n) float64: sum and count of a metric for each of n seeds."""
+        return self._per_seed(self.values[name, metric], illumination)
 
     def change(self, name: str, illumination: str | None, metric: str) -> FloatArray:
         """(2, n) float64: sum and count of the paired differences to the baseline for each of n seeds."""
-        ours = _chosen(self.good, name, illumination)[[*CONDITION, metric]]
-        base = _chosen(self.good, BASELINE, illumination)[[*CONDITION, metric]]
-        both = ours.merge(base, on=CONDITION, suffixes=("", "_base"))
-        return _per_seed(both["seed"], both[metric] - both[f"{metric}_base"])
+        return self._per_seed(self.values[name, metric] - self.values[BASELINE, metric], illumination)
 
     def failed(self, name: str, illumination: str | None = None) -> tuple[int, int]:
         """Failed runs and all runs."""
-        rows = _chosen(self.all, name, illumination)
-        return int((rows["status"] != OK).sum()), len(rows)
+        counts = [
+            count
+            for (of_filter, light), count in self.failures.items()
+            if of_filter == name and illumination in (None, light)
+        ]
+        return sum(bad for bad, _ in counts), sum(total for _, total in counts)
+
+    def _per_seed(self, values: FloatArray, illumination: str | None) -> FloatArray:
+        if illumination is not None:
+            values = values[self.illuminations == illumination]
+        finite = np.isfinite(values)
+        return np.stack([np.where(finite, values, 0.0).sum(axis=0), finite.sum(axis=0).astype(np.float64)])
 
 
 def run_sums(run: Run) -> RunSums:
-    """Set the failed runs apart."""
-    return RunSums(run.runs[run.runs["status"] == OK], run.runs)
+    """Lay the run table out by condition and seed, failed runs as NaN.
+
+    Raises
+    ------
+    ReportError
+        Two rows are the same run.
+    """
+    table = run.runs.set_index(CONDITION)
+    repeated = run.runs.duplicated(["filter", *CONDITION, "seed"])
+    if repeated.any():
+        raise ReportError(
+            f"{run.folder / 'runs.parquet'} holds a run twice (row {int(repeated.to_numpy().argmax())}): "
+            "run the study again"
+        )
+    conditions = table.index.unique().sort_values()
+    seeds = np.unique(run.runs["seed"])
+    at = (conditions.get_indexer(table.index), np.searchsorted(seeds, table["seed"]))
+    good = (table["status"] == OK).to_numpy()
+    values = {}
+    for name in run.filters:
+        chosen = good & (table["filter"] == name).to_numpy()
+        for metric in METRICS:
+            grid = np.full((len(conditions), len(seeds)), np.nan)
+            grid[at[0][chosen], at[1][chosen]] = table[metric].to_numpy(np.float64)[chosen]
+            values[name, metric] = grid
+    lights = conditions.get_level_values("illumination").to_numpy(dtype=str)
+    return RunSums(values, lights, _failures(run))
 
 
-def _chosen(rows: DataFrame, name: str, illumination: str | None) -> DataFrame:
-    rows = rows[rows["filter"] == name]
-    return rows if illumination is None else rows[rows["illumination"] == illumination]
-
-
-def _per_seed(seeds: Series[int], values: Series[float]) -> FloatArray:
-    """Sum and count of the finite values of each seed, in the order of the seeds."""
-    finite = np.isfinite(values)
-    grouped = values[finite].groupby(seeds[finite], sort=True)
-    return np.stack([grouped.sum().to_numpy(np.float64), grouped.count().to_numpy(np.float64)])
+def _failures(run: Run) -> dict[tuple[str, str], tuple[int, int]]:
+    keys = list(zip(run.runs["filter"], run.runs["illumination"], strict=True))
+    every, bad = Counter(keys), Counter(k for k, s in zip(keys, run.runs["status"], strict=True) if s != OK)
+    return {key: (bad[key], count) for key, count in every.items()}

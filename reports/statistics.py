@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,14 +100,18 @@ def estimate(statistic: Statistic, sums: FloatArray, unit: str) -> Estimate:
             return Estimate(
                 value, units=n, unit=unit, note=f"too few {unit} for an interval ({n} < {MIN_UNITS})"
             )
-        low, high = _interval(statistic, sums)
+        low, high = _interval(statistic, sums.shape, sums.tobytes())
     if math.isnan(low) or math.isnan(high):
         return Estimate(value, units=n, unit=unit, note="undefined in some resamples")
     return Estimate(value, low, high, n, unit)
 
 
-def _interval(statistic: Statistic, sums: FloatArray) -> tuple[float, float]:
+@lru_cache(maxsize=4096)
+def _interval(statistic: Statistic, shape: tuple[int, int], raw: bytes) -> tuple[float, float]:
+    """The interval; kept, because table, sentence and figure ask for the same ones."""
     from scipy.stats import bootstrap
+
+    sums = np.frombuffer(raw, dtype=np.float64).reshape(shape)
 
     def of_resample(*samples: FloatArray, axis: int = -1) -> FloatArray:
         return statistic(*(sample.sum(axis=axis) for sample in samples))
