@@ -88,10 +88,10 @@ def test_the_same_rows_give_the_same_bytes(tmp_path):
 
 def test_nans_of_any_sign_give_the_same_bytes(tmp_path):
     tables = []
-    for name, nan in (("plus", np.nan), ("minus", -np.nan), ("product", np.float64(np.inf) * 0)):
+    for name, nan in (("plus", np.nan), ("minus", np.copysign(np.nan, -1))):
         with RunFolder(tmp_path / name, "quick") as folder:
             tables.append(folder.write_frames([row(FRAME_COLUMNS, iou=nan)]).read_bytes())
-    assert tables[0] == tables[1] == tables[2]
+    assert tables[0] == tables[1]
 
 
 @pytest.mark.parametrize(
