@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -17,17 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from bench.errors import BenchError
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
+from bench.tables import Row, read_table, to_table
 
 if TYPE_CHECKING:
     import pandas as pd
-    import pyarrow as pa
-
-Row = Mapping[str, object]
-_KINDS: dict[str, tuple[type, ...]] = {
-    "string": (str,),
-    "int64": (int, np.integer),
-    "float64": (float, int, np.floating, np.integer),
-}
 
 
 class RunFolder:
@@ -126,7 +119,7 @@ class RunFolder:
         import pyarrow.parquet as pq
 
         target = self.path / name
-        pq.write_table(_table(list(rows), columns, name), target, compression="zstd")
+        pq.write_table(to_table(list(rows), columns, name), target, compression="zstd")
         return target
 
     def _free_name(self) -> Path:
@@ -187,56 +180,9 @@ def read(run_dir: Path) -> StoredRun:
         provenance = json.loads((run_dir / "provenance.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise BenchError(f"{run_dir}: study.yaml or provenance.json cannot be read: {error}") from None
-    frames = _read_table(run_dir / "frames.parquet", FRAME_COLUMNS)
-    runs = _read_table(run_dir / "runs.parquet", RUN_COLUMNS)
+    frames = read_table(run_dir / "frames.parquet", FRAME_COLUMNS)
+    runs = read_table(run_dir / "runs.parquet", RUN_COLUMNS)
     return StoredRun(run_dir, study, provenance, frames, runs)
-
-
-def _read_table(path: Path, columns: Mapping[str, str]) -> pd.DataFrame:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        raise BenchError(f"{path}: cannot be read: {' '.join(str(error).split())}") from None
-    if table.schema != _schema(columns):
-        raise BenchError(f"{path}: its columns are not those of this version; make the run again")
-    return table.to_pandas()
-
-
-def _schema(columns: Mapping[str, str]) -> pa.Schema:
-    import pyarrow as pa
-
-    types = {"string": pa.string(), "int64": pa.int64(), "float64": pa.float64()}
-    return pa.schema([(name, types[kind]) for name, kind in columns.items()])
-
-
-def _table(rows: Sequence[Row], columns: Mapping[str, str], name: str) -> pa.Table:
-    """Columns in the schema's order, without metadata that would differ between two equal runs."""
-    import pyarrow as pa
-
-    for number, row in enumerate(rows):
-        _check_row(row, columns, f"{name} row {number}")
-    schema = _schema(columns)
-    arrays = []
-    for column, kind in columns.items():
-        values: Any = [row[column] for row in rows]
-        if kind == "float64":
-            values = np.array(values, dtype=np.float64)
-            values[np.isnan(values)] = np.nan  # one bit pattern for all NaNs
-        arrays.append(pa.array(values, type=schema.field(column).type))
-    return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _check_row(row: Row, columns: Mapping[str, str], where: str) -> None:
-    if row.keys() != columns.keys():
-        missing, extra = sorted(columns.keys() - row.keys()), sorted(row.keys() - columns.keys())
-        raise BenchError(f"{where}: columns missing {missing}, unknown {extra}; see bench/schema.py")
-    for column, kind in columns.items():
-        value = row[column]
-        if not isinstance(value, _KINDS[kind]) or isinstance(value, bool | np.bool_):
-            raise BenchError(f"{where}: {column} is {value!r}, not {kind}")
 
 
 def _check_results_folder(out: Path, needed_bytes: int) -> None:
