@@ -69,7 +69,7 @@ class SensorChoice(Part):
     max_exposure_s: Positive = 0.033
     exposure: Literal["auto"] | Positive = "auto"
     target: Annotated[float, Field(gt=0, lt=1)] = 0.18
-    highlight_threshold: Annotated[float, Field(gt=0, le=255)] = 16.0
+    highlight_threshold: int = Field(16, ge=1, le=255)
 
     @model_validator(mode="after")
     def _exposure_range(self) -> SensorChoice:
