@@ -1,4 +1,4 @@
-"""Rendered pictures with their ground truth on disk, as TUM RGB-D folders that other tools open as they are."""
+"""Rendered pictures with their ground truth, as TUM RGB-D folders that other tools open as they are."""
 
 from __future__ import annotations
 
@@ -150,8 +150,9 @@ class _Folder:
         track = tum_lines(stamps, tour.poses[self._frames])
         self._text("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + "\n".join(track) + "\n")
         marks = [
-            f"{m.id},{m.position[0]:.6f},{m.position[1]:.6f},{m.radius:.6f},{'white' if m.white else 'black'}\n"
+            f"{m.id},{m.position[0]:.6f},{m.position[1]:.6f},{m.radius:.6f},{colour}\n"
             for m in self._sequence.scene.landmarks
+            for colour in ("white" if m.white else "black",)
         ]
         self._text("landmarks.csv", f"id,x_m,y_m,radius_m,colour\n{''.join(marks)}")
         self._text("meta.json", json.dumps(self._meta(), indent=2) + "\n")
@@ -184,9 +185,12 @@ class _Folder:
                 "T_robot_camera": view.T_robot_camera.tolist(),
             },
             "poses": "groundtruth.txt holds T_world_robot; multiply by T_robot_camera for the camera",
-            "depth": {"factor": DEPTH_FACTOR, "meaning": "z in the camera frame; 0 = none; exact, without noise"},
+            "depth": {
+                "factor": DEPTH_FACTOR,
+                "meaning": "z in the camera frame; 0 = none; exact, without noise",
+            },
             "linear": "diffuse + specular: 65535 = full well, before white balance, noise-free, clipped",
-            "mask": f"255 where specular light adds at least {study.sensor.highlight_threshold:g} of 255 levels",
+            "mask": f"255 where specular light adds {study.sensor.highlight_threshold:g} of 255 levels or more",
             "sensor": study.sensor.model_dump(mode="json"),
             "exposure_s": self._exposures,
             "white_balance": self._white_balances,

@@ -91,7 +91,9 @@ def _run(variant: Variant, seed: int) -> Localised:
     try:
         result = run_slam(steps, settings)
     except VslamError as error:
-        return Localised(_labels(variant, seed) | {"status": f"failed: {error}"}, np.zeros((0, 3)), np.zeros((0, 5)))
+        return Localised(
+            _labels(variant, seed) | {"status": f"failed: {error}"}, np.zeros((0, 3)), np.zeros((0, 5))
+        )
     return _score(variant, seed, result)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from bench.errors import BenchError
 
 
-def write_png(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.bool_]) -> None:
+def write_png(path: Path, picture: NDArray[Any]) -> None:
     """Write a picture.
 
     Parameters
@@ -26,7 +27,7 @@ def write_png(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16] | NDAr
     """
     if picture.dtype == np.bool_:
         picture = picture.astype(np.uint8) * np.uint8(255)
-    stored = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR) if picture.ndim == 3 else picture
+    stored: NDArray[Any] = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
     done, data = cv2.imencode(".png", stored)
     try:
         if not done:

@@ -80,7 +80,7 @@ def _writable_cache() -> Iterator[Path]:
 
 @functools.lru_cache(maxsize=1)
 def _perception(pickled_setup: bytes) -> Perception:
-    """This process's perception; made once, at its first frame."""
+    """The perception of the process it is called in; made once, at its first frame."""
     setup: SequenceSetup = pickle.loads(pickled_setup)
     return Perception(RenderedSequence(setup), setup.engine)
 

@@ -31,13 +31,13 @@ def run(study: RenderedStudy | DlrStudy, options: RunOptions, progress: Progress
     with RunFolder(options.out, study.name) as folder:
         folder.write_text("study.yaml", dump(study))
         if isinstance(study, DlrStudy):
-            from bench import dlr_run
+            from bench.dlr_run import run as replay_log
 
-            facts = dlr_run.run(study, folder, options.data, progress)
+            facts = replay_log(study, folder, options.data, progress)
         else:
-            from bench import rendered_run
+            from bench.rendered_run import run as run_rendered
 
-            facts = rendered_run.run(study, folder, options.workers, progress)
+            facts = run_rendered(study, folder, options.workers, progress)
         collected = provenance.collect(
             seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
         )

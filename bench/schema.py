@@ -55,4 +55,4 @@ RUN_COLUMNS: dict[str, str] = {
     "nav_cost_ratio": "float64",
     "status": "string",
 }
-"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning in a run is NaN."""
+"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN."""

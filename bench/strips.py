@@ -7,6 +7,7 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from bench.perception import make_filter
 from bench.pictures import write_png
 from bench.sequences.rendered import RenderedSequence
 
-Row = dict[str, object]
+Row = dict[str, Any]
 RANKS = ("best", "median", "worst")
 PICTURES = ("raw", "true_mask", "predicted_mask", "repaired", "true_diffuse")
 
@@ -46,7 +47,7 @@ def choose(rows: Sequence[Row]) -> list[Choice]:
     choices = []
     for label in dict.fromkeys(r["filter"] for r in rows if r["filter"] != "none"):
         own = [r for r in rows if r["filter"] == label]
-        change = np.array([float(r["psnr_db"]) - float(untouched[r["illumination"], r["frame"]]) for r in own])  # type: ignore[arg-type]
+        change = np.array([r["psnr_db"] - untouched[r["illumination"], r["frame"]] for r in own])
         finite = np.flatnonzero(np.isfinite(change))
         if len(finite) == 0:
             continue
@@ -61,7 +62,7 @@ def render(choice: Choice, sequence: RenderedSequence) -> Strip:
     study, row = sequence.study, choice.row
     illumination = next(i for i in study.illuminations.grid() if i.name == row["illumination"])
     light_filter = next(make_filter(f) for f in study.filters if f.label == row["filter"])
-    frame = int(str(row["frame"]))
+    frame = row["frame"]
     recording = sequence.record(sequence.basis(frame), illumination, frame)
     filtered = light_filter(recording.image)
     pictures = (recording.image, recording.highlight, filtered.mask, filtered.image, recording.diffuse)

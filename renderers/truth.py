@@ -50,7 +50,7 @@ def record(
     specular: F32,
     white: NDArray[np.float64],
     rng: np.random.Generator,
-    threshold: int = 16,
+    threshold: float = 16,
 ) -> Recording:
     """Take a picture of diffuse plus specular luminance and note the truth about it.
 
@@ -60,7 +60,7 @@ def record(
         Luminance per channel, cd/m² (`renderers.basis.relight`).
     white : (3,) float64
         Linear sRGB of the light that the white balance renders grey.
-    threshold : int
+    threshold : float
         τ, the least difference in grey levels of 255 that counts as highlight.
     """
     luminance = diffuse + specular

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -192,7 +193,7 @@ def odometry(study: RenderedStudy, poses: FloatArray, seed: int) -> tuple[Odomet
     """
     noise, rng = study.odometry, generator(study.seed, "odometry", seed)
     increments = [Odometry(np.zeros(3), np.zeros((3, 3)))]
-    for before, after in zip(poses[:-1], poses[1:], strict=True):
+    for before, after in pairwise(poses):
         c, s = np.cos(before[2]), np.sin(before[2])
         dx, dy = after[:2] - before[:2]
         delta = np.array([c * dx + s * dy, -s * dx + c * dy, after[2] - before[2]])
