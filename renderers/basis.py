@@ -18,7 +18,7 @@ from renderers.camera import Camera, Mount, T_world_robot
 from renderers.engine import make_engine
 from renderers.errors import RendererError
 from renderers.gbuffer import F32, I32, GBuffer, View, fill
-from renderers.irradiance import OFFSET_M
+from renderers.irradiance import FULL_QUALITY, OFFSET_M, BakeQuality
 from renderers.irradiance_cache import load_or_bake
 from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, UnitLight, unit_lights
 from renderers.lobe_albedo import albedo_table
@@ -71,6 +71,8 @@ class SceneRenderer:
         For the ray caster, 0 for all cores.
     cache : Path, optional
         Folder where baked light is kept between runs.
+    quality : BakeQuality
+        How much work goes into baked light; less for previews and tests.
     """
 
     def __init__(
@@ -82,6 +84,7 @@ class SceneRenderer:
         supersampling: int = 1,
         threads: int = 0,
         cache: Path | None = None,
+        quality: BakeQuality = FULL_QUALITY,
     ) -> None:
         if supersampling < 1:
             raise RendererError(f"supersampling {supersampling}: must be at least 1")
@@ -92,7 +95,7 @@ class SceneRenderer:
         self._lights = unit_lights(scene)
         self._discs = paint.Discs.of(scene)
         self._samples = paint.disc_samples(self._discs)
-        self._irradiance = load_or_bake(self._mesh, self._caster, list(self._lights.values()), cache)
+        self._irradiance = load_or_bake(self._mesh, self._caster, list(self._lights.values()), cache, quality)
         self._engine = make_engine(engine, self._mesh, camera.enlarged(supersampling), self._caster)
 
     @property

@@ -18,9 +18,28 @@ from renderers.gbuffer import F32
 from renderers.lights import HORIZON_Z, DirectLight, SkyLight, UnitLight
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 
-SKY_RAYS, BOUNCE_RAYS, BOUNCES = 4096, 512, 8
 OFFSET_M = 2e-3
 """Rays start this far off the surface, so that they do not hit it again."""
+
+
+@dataclass(frozen=True)
+class BakeQuality:
+    """How much work goes into baked light.
+
+    Attributes
+    ----------
+    sky_rays, bounce_rays : int
+        From each vertex. The sky is seen through windows, so it needs more.
+    bounces : int
+        Beyond the first; what is left out is reflectance to the power of ``bounces + 1``.
+    """
+
+    sky_rays: int = 4096
+    bounce_rays: int = 512
+    bounces: int = 8
+
+
+FULL_QUALITY = BakeQuality()
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +58,19 @@ class Irradiance:
     total: F32
 
 
-def bake(mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]]) -> Irradiance:
+def bake(
+    mesh: SceneMesh,
+    caster: RayCaster,
+    layers: list[list[UnitLight]],
+    quality: BakeQuality = FULL_QUALITY,
+) -> Irradiance:
     """Bake the illuminance of each layer, a layer being the lights that share an intensity."""
     points, normals = _vertex_frames(mesh)
     direct = np.stack([_direct(points, normals, layer, caster) for layer in layers])
-    gather = _Gather(mesh, caster, points, normals)
+    gather = _Gather(mesh, caster, points, normals, quality)
     once = np.stack([gather.first_bounce(layer) + gather.sky(layer) for layer in layers])
     indirect = once.copy()
-    for _ in range(BOUNCES):
+    for _ in range(quality.bounces):
         indirect = once + np.stack([gather.bounce(layer) for layer in indirect])
     return Irradiance(indirect.astype(np.float32), (indirect + direct[..., None]).astype(np.float32))
 
@@ -78,14 +102,37 @@ def _direct(points: F32, normals: F32, layer: list[UnitLight], caster: RayCaster
     return total
 
 
+@dataclass(frozen=True, eq=False)
+class _Hits:
+    """Where the bounce rays of all vertices end.
+
+    Attributes
+    ----------
+    points, normals, albedo : (m, 3) float32
+        Of the surfaces hit; the points lie just off them.
+    interpolation : (m, n) sparse
+        Values at the hits from values at the mesh's vertices.
+    mean : (n, m) sparse
+        Mean over each vertex' rays from values at the hits; a ray without a hit counts as dark.
+    """
+
+    points: F32
+    normals: F32
+    albedo: F32
+    interpolation: sparse.csr_matrix
+    mean: sparse.csr_matrix
+
+
 class _Gather:
     """Where the rays from each vertex end, and what light they bring."""
 
-    def __init__(self, mesh: SceneMesh, caster: RayCaster, points: F32, normals: F32) -> None:
-        self._caster, self._points, self._normals = caster, points, normals
-        self._rays = _cosine_directions(SKY_RAYS)
+    def __init__(
+        self, mesh: SceneMesh, caster: RayCaster, points: F32, normals: F32, quality: BakeQuality
+    ) -> None:
+        self._caster, self._points = caster, points
+        self._sky_rays = _cosine_directions(quality.sky_rays)
         self._frames = _tangent_frames(normals)
-        self._hit = self._cast(mesh, _cosine_directions(BOUNCE_RAYS))
+        self._hit = self._cast(mesh, _cosine_directions(quality.bounce_rays))
 
     def sky(self, layer: list[UnitLight]) -> F32:
         """(n, 3) lux from the sky: the share of rays that leave the scene upwards times π L."""
@@ -94,30 +141,25 @@ class _Gather:
         if unit == 0:
             return np.repeat(share[:, None], 3, axis=1)
         for part in np.array_split(np.arange(len(self._points)), max(1, len(self._points) // 512)):
-            rays = np.einsum("nij,kj->nki", self._frames[part], self._rays).astype(np.float32)
-            free = ~self._caster.occluded(self._points[part, None, :], rays) & (rays[..., 2] > HORIZON_Z)
-            share[part] = free.mean(axis=1)
+            rays = _turned(self._sky_rays, self._frames[part])
+            vertex, ray = np.nonzero(rays[..., 2] > HORIZON_Z)
+            free = ~self._caster.occluded(self._points[part[vertex]], rays[vertex, ray])
+            share[part] = np.bincount(vertex, weights=free, minlength=len(part)) / rays.shape[1]
         return np.repeat((np.pi * unit * share)[:, None], 3, axis=1).astype(np.float32)
 
     def first_bounce(self, layer: list[UnitLight]) -> F32:
         """(n, 3) lux by way of surfaces that the layer's sun and bulbs light directly."""
-        vertex, points, normals, albedo, _ = self._hit
-        arriving = _direct(points, normals, layer, self._caster)
-        return self._mean(vertex, albedo * arriving[:, None])
+        hit = self._hit
+        arriving = _direct(hit.points, hit.normals, layer, self._caster)
+        return np.asarray(hit.mean @ (hit.albedo * arriving[:, None]), dtype=np.float32)
 
     def bounce(self, indirect: F32) -> F32:
         """(n, 3) lux by way of surfaces that carry the given indirect light at their vertices."""
-        vertex, _, _, albedo, weights = self._hit
-        return self._mean(vertex, albedo * (weights @ indirect))
+        hit = self._hit
+        return np.asarray(hit.mean @ (hit.albedo * (hit.interpolation @ indirect)), dtype=np.float32)
 
-    def _mean(self, vertex: NDArray[np.int64], values: F32) -> F32:
-        n = len(self._points)
-        sums = [np.bincount(vertex, weights=values[:, c], minlength=n) for c in range(3)]
-        return (np.stack(sums, axis=1) / BOUNCE_RAYS).astype(np.float32)
-
-    def _cast(self, mesh: SceneMesh, rays: F32) -> tuple[NDArray[np.int64], F32, F32, F32, sparse.csr_matrix]:
-        """The hits' vertex of origin, point, normal, reflectance and interpolation weights."""
-        directions = np.einsum("nij,kj->nki", self._frames, rays).astype(np.float32)
+    def _cast(self, mesh: SceneMesh, rays: F32) -> _Hits:
+        directions = _turned(rays, self._frames)
         triangle, distance, bary = self._caster.nearest(self._points[:, None, :], directions)
         facing = np.einsum("nki,nki->nk", mesh.normals[triangle], directions) < 0
         vertex, ray = np.nonzero((triangle != NOTHING) & facing)
@@ -126,13 +168,25 @@ class _Gather:
         points = self._points[vertex] + distance[vertex, ray, None] * directions[vertex, ray]
         weights = np.column_stack([1 - bary.sum(axis=1), bary])
         rows = np.repeat(np.arange(len(triangle)), 3)
-        matrix = sparse.csr_matrix(
-            (weights.ravel(), (rows, mesh.triangles[triangle].ravel())),
-            shape=(len(triangle), len(mesh.vertices)),
-            dtype=np.float32,
+        count, n = len(triangle), len(mesh.vertices)
+        interpolation = sparse.csr_matrix(
+            (weights.ravel(), (rows, mesh.triangles[triangle].ravel())), shape=(count, n), dtype=np.float32
         )
-        albedo = mesh.materials.base_color[mesh.surface[triangle]]  # a metal's base colour reflects as much
-        return vertex, points + OFFSET_M * normals, normals, albedo, matrix
+        share = np.full(count, 1 / len(rays), dtype=np.float32)
+        return _Hits(
+            points=points + np.float32(OFFSET_M) * normals,
+            normals=normals,
+            albedo=mesh.materials.base_color[
+                mesh.surface[triangle]
+            ],  # a metal's base colour reflects as much
+            interpolation=interpolation,
+            mean=sparse.csr_matrix((share, (vertex, np.arange(count))), shape=(n, count)),
+        )
+
+
+def _turned(rays: F32, frames: F32) -> F32:
+    """(n, k, 3): each of k rays in each of n frames."""
+    return np.asarray(np.matmul(rays, frames.transpose(0, 2, 1)), dtype=np.float32)
 
 
 def _cosine_directions(count: int) -> F32:

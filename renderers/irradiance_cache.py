@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from renderers import irradiance
-from renderers.irradiance import Irradiance
+from renderers.irradiance import FULL_QUALITY, BakeQuality, Irradiance
 from renderers.lights import UnitLight, unit_lights
 from renderers.mesh import RayCaster, SceneMesh, build_mesh
 from scenes.model import Scene
@@ -24,7 +24,11 @@ def bake_scene(scene: Scene, folder: Path) -> None:
 
 
 def load_or_bake(
-    mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]], folder: Path | None
+    mesh: SceneMesh,
+    caster: RayCaster,
+    layers: list[list[UnitLight]],
+    folder: Path | None,
+    quality: BakeQuality = FULL_QUALITY,
 ) -> Irradiance:
     """Read the baked light of this very mesh and these lights, or bake and keep it.
 
@@ -34,23 +38,23 @@ def load_or_bake(
         Where to keep it; without one, or where it cannot be written, nothing is kept.
     """
     if folder is None:
-        return irradiance.bake(mesh, caster, layers)
-    path = folder / f"irradiance-{_key(mesh, layers)}.npz"
+        return irradiance.bake(mesh, caster, layers, quality)
+    path = folder / f"irradiance-{_key(mesh, layers, quality)}.npz"
     try:
         with np.load(path) as stored:
             return Irradiance(stored["indirect"], stored["total"])
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):  # none yet, or cut short
-        baked = irradiance.bake(mesh, caster, layers)
+        baked = irradiance.bake(mesh, caster, layers, quality)
     _keep(path, baked)
     return baked
 
 
-def _key(mesh: SceneMesh, layers: list[list[UnitLight]]) -> str:
+def _key(mesh: SceneMesh, layers: list[list[UnitLight]], quality: BakeQuality) -> str:
     digest = hashlib.blake2b(digest_size=16)
     table = mesh.materials
     for array in (mesh.vertices, mesh.triangles, mesh.surface, table.base_color):
         digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr(layers).encode())
+    digest.update(repr((layers, quality)).encode())
     digest.update(Path(irradiance.__file__).read_bytes())  # another method is another result
     return digest.hexdigest()
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
+from renderers import illuminant
 from renderers.errors import RendererError
 from renderers.illuminant import linear_srgb
 
@@ -45,6 +49,56 @@ def test_incandescent_light_is_warm_and_the_north_sky_cold():
     assert red < green < blue
 
 
-def test_unknown_name_suggests_near_ones():
-    with pytest.raises(RendererError, match=r"unknown illuminant 'D56'.*D5"):
-        linear_srgb("D56")
+@pytest.mark.parametrize(("name", "near"), [("LED_B3", "LED-B3"), ("d65", "D65"), ("FL-2", "FL2")])
+def test_unknown_name_suggests_near_ones(name, near):
+    with pytest.raises(RendererError, match=f"unknown illuminant '{name}'.*{near}"):
+        linear_srgb(name)
+
+
+FROM_FOLDER = """
+import sys
+from pathlib import Path
+from renderers.illuminant import linear_srgb
+print(linear_srgb("D55", Path(sys.argv[1])).tobytes().hex())
+print("colour" in sys.modules)
+"""
+
+
+def ask_in_another_process(folder):
+    done = subprocess.run(
+        [sys.executable, "-c", FROM_FOLDER, str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    rgb, imported = done.stdout.split()
+    return rgb, imported == "True"
+
+
+def test_kept_answers_are_the_same_bytes_without_the_import(tmp_path):
+    rgb = linear_srgb("D55", tmp_path)
+    np.testing.assert_array_equal(rgb, linear_srgb("D55"))
+    assert ask_in_another_process(tmp_path) == (rgb.tobytes().hex(), False)
+
+
+def test_damaged_file_is_replaced(tmp_path):
+    linear_srgb("D55", tmp_path)
+    (file,) = tmp_path.iterdir()
+    whole = file.read_text()
+    file.write_text(whole[:50])
+    illuminant._kept.cache_clear()
+    np.testing.assert_array_equal(linear_srgb("D55", tmp_path), linear_srgb("D55"))
+    assert file.read_text() == whole
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_folder_that_cannot_be_written_costs_no_result(tmp_path):
+    (tmp_path / "file").write_text("")
+    np.testing.assert_array_equal(linear_srgb("A", tmp_path / "file" / "cache"), linear_srgb("A"))
+
+
+def test_answer_is_the_callers_own():
+    """Changing a returned colour changes nobody else's."""
+    linear_srgb("A")[:] = 0.0
+    assert linear_srgb("A").any()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderers.irradiance import BOUNCES, Irradiance, bake
+from renderers.irradiance import BakeQuality, Irradiance, bake
 from renderers.irradiance_cache import load_or_bake
 from renderers.lights import unit_lights
 from renderers.mesh import RayCaster, build_mesh
@@ -43,11 +43,11 @@ def room(albedo, cell=0.25):
 def test_flux_balance_of_a_closed_room(scene_of, albedo):
     """A lamp of 1 lm in a closed room of reflectance ρ: bounced light brings ρ + ρ² + … = ρ / (1 − ρ) lm.
 
-    Light is followed over 1 + BOUNCES bounces, so the series ends there.
+    Light is followed over a fixed number of bounces, so the series ends there.
     """
     lamp = Bulb((0.9, 1.1, 1.2), lumen=1.0, radius=1e-4)
     mesh, layer, light = baked(scene_of(room(albedo), bulbs=[lamp]))
-    series = albedo / (1 - albedo) * (1 - albedo ** (BOUNCES + 1))
+    series = albedo / (1 - albedo) * (1 - albedo ** (BakeQuality().bounces + 1))
     assert flux(mesh, light.indirect[layer["bulbs"]]) == pytest.approx(np.full(3, series), rel=0.03)
     direct = light.total[layer["bulbs"]] - light.indirect[layer["bulbs"]]
     assert flux(mesh, direct[..., 0]) == pytest.approx(1.0, rel=0.01)
