@@ -73,13 +73,13 @@ class Comparison:
         """PSNR minus that of the untouched picture, dB."""
         ours = self.frames.of(name, condition, "error")
         base = self.frames.of(BASELINE, condition, "error")
-        return s.estimate(s.decibel_change, _stack(ours, base), self.frames.unit)
+        return self._paired(s.decibel_change, ours, base)
 
     def psnr_in_mask_change(self, name: str, condition: Condition = None) -> Estimate:
         """PSNR inside the true mask minus that of the untouched picture, dB."""
         ours = self.frames.of(name, condition, "error_in_mask")
         base = self.frames.of(BASELINE, condition, "error_in_mask")
-        return s.estimate(s.decibel_change, _stack(ours, base), self.frames.unit)
+        return self._paired(s.decibel_change, ours, base)
 
     def run_metric(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean of a metric over the runs that did not fail."""
@@ -87,7 +87,8 @@ class Comparison:
 
     def run_change(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean paired difference to the run without a filter, by condition and seed."""
-        return s.estimate(s.ratio, self.runs.change(name, condition, metric), "seeds")
+        sums = self.runs.change(name, condition, metric)
+        return s.estimate(s.ratio, sums, "seeds", sums[0] != 0.0)
 
     def filter_ms(self, name: str, condition: Condition = None) -> float:
         """Median time per picture, ms: a median, because the first call compiles and caches."""
@@ -102,11 +103,11 @@ class Comparison:
     def _frame_change(self, name: str, condition: Condition, part: str, whole: str) -> Estimate:
         ours = self.frames.of(name, condition, part, whole)
         base = self.frames.of(BASELINE, condition, part, whole)
-        return s.estimate(s.ratio_change, _stack(ours, base), self.frames.unit)
+        return self._paired(s.ratio_change, ours, base)
 
-
-def _stack(ours: s.FloatArray, base: s.FloatArray) -> s.FloatArray:
-    return np.concatenate([ours, base])
+    def _paired(self, statistic: s.Statistic, ours: s.FloatArray, base: s.FloatArray) -> Estimate:
+        changed = (ours != base).any(axis=0)
+        return s.estimate(statistic, np.concatenate([ours, base]), self.frames.unit, changed)
 
 
 def compare(run: Run) -> Comparison:

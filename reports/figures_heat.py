@@ -39,6 +39,9 @@ class HeatMetric:
     digits : int
         Decimals in the cells.
     higher_is_better : bool
+    top : float or None
+        End of the colour scale, which starts at 0, so that colours mean the same in each report; None for
+        the largest value of the run.
     measure : callable
         (comparison, filter, illumination) → value in ``unit``.
     """
@@ -49,6 +52,7 @@ class HeatMetric:
     unit: str
     digits: int
     higher_is_better: bool
+    top: float | None
     measure: Callable[[Comparison, str, str], float]
 
 
@@ -60,11 +64,19 @@ METRICS = (
         "%",
         0,
         True,
+        100.0,
         lambda c, f, w: 100 * c.recall(f, w).value,
     ),
-    HeatMetric("iou", "iou", "Mask IoU", "", 2, True, lambda c, f, w: c.mask(f, "iou", w).value),
+    HeatMetric("iou", "iou", "Mask IoU", "", 3, True, 1.0, lambda c, f, w: c.mask(f, "iou", w).value),
     HeatMetric(
-        "rmse", "rmse_m", "Position RMSE", "m", 2, False, lambda c, f, w: c.run_metric(f, "rmse_m", w).value
+        "rmse",
+        "rmse_m",
+        "Position RMSE",
+        "m",
+        3,
+        False,
+        None,
+        lambda c, f, w: c.run_metric(f, "rmse_m", w).value,
     ),
     HeatMetric(
         "nav-success",
@@ -73,6 +85,7 @@ METRICS = (
         "%",
         0,
         True,
+        100.0,
         lambda c, f, w: 100 * c.run_metric(f, "nav_success", w).value,
     ),
 )
@@ -107,7 +120,7 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
 
     suns, bulbs = (sorted(data[c].unique()) for c in ("sun_lux", "bulb_lm"))
     finite = data[metric.column][np.isfinite(data[metric.column])]
-    norm = Normalize(float(finite.min()), float(max(finite.max(), finite.min() + 1e-9)))
+    norm = Normalize(0.0, metric.top or float(finite.max()) or 1.0)
     colours = colormaps["cividis" if metric.higher_is_better else "cividis_r"]
     across = min(PANELS_PER_ROW, len(run.filters))
     down = math.ceil(len(run.filters) / across)

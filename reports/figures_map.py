@@ -125,12 +125,13 @@ def _points(run: str, kind: str, which: str, ids: Any, xy: NDArray[np.float64]) 
 
 def _figure(true: Track, grid: Occupancy | None, panels: Sequence[Panel], across: int) -> Figure:
     down = math.ceil(len(panels) / across)
-    ratio = _aspect(true, grid)
-    width = 9.6 / across
-    figure = style.new_figure(9.6, down * (width * 0.84 * ratio + 0.8) + 0.5)
+    x0, x1, y0, y1 = window(true, grid, panels)
+    height = 0.84 * (9.6 / across) * (y1 - y0) / (x1 - x0)
+    figure = style.new_figure(9.6, down * (height + 0.85) + 0.5)
     axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
     for panel, content in zip(axes, panels, strict=False):
         _draw_panel(panel, true, grid, content)
+        panel.set(xlim=(x0, x1), ylim=(y0, y1))
     for panel in axes[len(panels) :]:
         panel.set_axis_off()
     figure.supxlabel("x, m", fontsize=9, color=style.INK)
@@ -139,12 +140,27 @@ def _figure(true: Track, grid: Occupancy | None, panels: Sequence[Panel], across
     return figure
 
 
-def _aspect(true: Track, grid: Occupancy | None) -> float:
+def window(true: Track, grid: Occupancy | None, panels: Sequence[Panel]) -> tuple[float, float, float, float]:
+    """What the map shows, (x_min, x_max, y_min, y_max) in metres.
+
+    The true place, and the estimates as far as they lie within half its size around it: a run that diverged
+    must not shrink the rest to a dot.
+    """
+    places = [true.xy]
+    places += [
+        p.landmarks[["x_true_m", "y_true_m"]].to_numpy(np.float64) for p in panels if p.landmarks is not None
+    ]
     if grid is not None:
-        x0, x1, y0, y1 = grid.extent
-        return (y1 - y0) / (x1 - x0)
-    width, height = np.ptp(true.xy, axis=0) + 2.0
-    return float(np.clip(height / width, 0.3, 1.5))
+        places.append(np.array(grid.extent).reshape(2, 2).T)
+    known = np.concatenate(places)
+    low, high = np.nanmin(known, axis=0), np.nanmax(known, axis=0)
+    margin = 0.02 * (high - low).max()
+    reach = np.maximum(0.5 * (high - low), margin)
+    estimates = [p.track.xy for p in panels if p.track is not None]
+    reached = np.concatenate([*estimates, known])
+    low = np.maximum(np.nanmin(reached, axis=0), low - reach) - margin
+    high = np.minimum(np.nanmax(reached, axis=0), high + reach) + margin
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
 def _draw_panel(panel: Axes, true: Track, grid: Occupancy | None, content: Panel) -> None:

@@ -99,7 +99,7 @@ class Page:
 
     Attributes
     ----------
-    title, subtitle : str
+    title, subtitle, description : str
     verdict : str
         The answer, in one sentence.
     further : tuple of str
@@ -110,6 +110,7 @@ class Page:
 
     title: str
     subtitle: str
+    description: str
     verdict: str
     further: tuple[str, ...]
     sections: tuple[Section, ...]

@@ -28,6 +28,7 @@ def compose(run: Run) -> Page:
     return Page(
         run.title,
         provenance.subtitle(run),
+        run.description,
         dlr.verdict(run),
         (dissertation.DIFFERENCE,),
         (

@@ -31,6 +31,7 @@ def compose(run: Run) -> Page:
     return Page(
         run.title,
         provenance.subtitle(run),
+        run.description,
         verdict(run, comparison),
         further,
         filled,
@@ -69,8 +70,8 @@ def _strips(run: Run) -> Section:
     left = stored - len(chosen)
     note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
     text = (
-        "For each filter the frames with the best, the median and the worst mask (IoU). White in a mask is "
-        "what light affects.",
+        "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
+        "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects.",
     )
     heading = "What the filters see and make"
     return Section("strips", heading, text if chosen else (), strips=chosen, strips_note=note)
@@ -79,7 +80,8 @@ def _strips(run: Run) -> Section:
 def _maps(run: Run) -> tuple[Picture, ...]:
     caption = (
         "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
-        "light with the lowest seed: chosen by rule, not by result."
+        "light with the lowest seed: chosen by rule, not by result. "
+        "Estimates far outside the place are cut off."
     )
     drawn = ((scene, figures_map.draw_rendered(run, scene)) for scene in run.scenes)
     return tuple(Picture(path, f"Map of the scene {scene}", caption) for scene, path in drawn if path)

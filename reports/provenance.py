@@ -8,21 +8,17 @@ from typing import Any
 from reports.run import Run
 from reports.wording import number
 
+LABELS = {"dirty": "uncommitted changes", "memory_gb": "memory in GB"}
+
 
 def lines(run: Run) -> tuple[tuple[str, str], ...]:
     """Key and value of everything that ``provenance.json`` says."""
-    known = run.provenance
-    shown: list[tuple[str, str]] = [("run", run.folder.resolve().name)]
-    for key, value in known.items():
+    shown = [("run", run.folder.resolve().name)]
+    for key, value in run.provenance.items():
         if key == "seconds" and isinstance(value, Mapping):
             shown.append(("time", _seconds(value)))
-        elif isinstance(value, Mapping):
-            shown.append((_words(key), ", ".join(f"{k} {v}" for k, v in value.items())))
-        elif isinstance(value, bool):
-            name = "uncommitted changes" if key == "dirty" else _words(key)
-            shown.append((name, "yes" if value else "no"))
         elif value not in (None, ""):
-            shown.append((_words(key), str(value)))
+            shown.append((LABELS.get(key, _words(key)), _text(value)))
     return tuple(shown)
 
 
@@ -33,9 +29,18 @@ def subtitle(run: Run) -> str:
         f"study {run.study.get('name', run.folder.name)}",
         f"scene {', '.join(run.scenes)}" if run.scenes and not run.is_dlr else "",
         f"rendered by {engine}" if engine and not run.is_dlr else "",
-        str(run.provenance.get("started", ""))[:10],
+        str(run.provenance.get("started") or run.provenance.get("created") or "")[:10],
     ]
     return " · ".join(p for p in parts if p)
+
+
+def _text(value: object) -> str:
+    """A value as text; a mapping as "key value, key value"."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{LABELS.get(str(k), _words(str(k)))} {_text(v)}" for k, v in value.items())
+    return str(value)
 
 
 def _words(key: str) -> str:

@@ -58,6 +58,11 @@ class Run:
         return str(self.study.get("title") or self.study.get("name") or self.folder.name)
 
     @property
+    def description(self) -> str:
+        """What the study is about, or an empty string."""
+        return str(self.study.get("description") or "")
+
+    @property
     def light_filters(self) -> tuple[str, ...]:
         """The filters without the baseline."""
         return tuple(f for f in self.filters if f != BASELINE)

@@ -14,6 +14,8 @@ Conventions
 - Each statistic is a function of sums over units: a recall is Σ hits / Σ visible, not a mean of recalls.
 - Below ``MIN_UNITS`` units no interval is given. With n units a two-sided sign test cannot reach a p value
   below 2/2ⁿ; at n = 5 that is 0.0625, so a 95 % statement needs n ≥ 6.
+- In a paired comparison only units that changed count as n, as a sign test drops ties: the bootstrap alone
+  would call five changed blocks among forty unchanged ones certain, because few resamples miss all five.
 """
 
 from __future__ import annotations
@@ -77,7 +79,9 @@ def plain(value: float) -> Estimate:
     return Estimate(float(value))
 
 
-def estimate(statistic: Statistic, sums: FloatArray, unit: str) -> Estimate:
+def estimate(
+    statistic: Statistic, sums: FloatArray, unit: str, changed: NDArray[np.bool_] | None = None
+) -> Estimate:
     """A statistic of sums over units, with its interval.
 
     Parameters
@@ -88,9 +92,13 @@ def estimate(statistic: Statistic, sums: FloatArray, unit: str) -> Estimate:
         k measured sums of each of n units. Units without anything measured (all zero) do not count.
     unit : str
         What a unit is, in the plural.
+    changed : (n,) bool, optional
+        In a paired comparison, which units differ from the baseline at all.
     """
     sums = np.atleast_2d(np.asarray(sums, dtype=np.float64))
-    sums = sums[:, sums.any(axis=0)]
+    measured = sums.any(axis=0)
+    informative = int(measured.sum() if changed is None else (measured & changed).sum())
+    sums = sums[:, measured]
     n = sums.shape[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         value = float(statistic(*sums.sum(axis=1)))
@@ -100,14 +108,21 @@ def estimate(statistic: Statistic, sums: FloatArray, unit: str) -> Estimate:
             return Estimate(
                 value, units=n, unit=unit, note=f"too few {unit} for an interval ({n} < {MIN_UNITS})"
             )
-        low, high = _interval(statistic, sums.shape, sums.tobytes())
+        if changed is not None and informative == 0:
+            return Estimate(value, value, value, n, unit)
+        if informative < MIN_UNITS:
+            note = f"only {informative} of {n} {unit} changed, too few for an interval"
+            return Estimate(value, units=n, unit=unit, note=note)
+        low, high = _interval(statistic, sums.shape, sums.tobytes(), informative)
     if math.isnan(low) or math.isnan(high):
         return Estimate(value, units=n, unit=unit, note="undefined in some resamples")
     return Estimate(value, low, high, n, unit)
 
 
 @lru_cache(maxsize=4096)
-def _interval(statistic: Statistic, shape: tuple[int, int], raw: bytes) -> tuple[float, float]:
+def _interval(
+    statistic: Statistic, shape: tuple[int, int], raw: bytes, informative: int
+) -> tuple[float, float]:
     """The interval; kept, because table, sentence and figure ask for the same ones."""
     from scipy.stats import bootstrap
 
@@ -122,7 +137,7 @@ def _interval(statistic: Statistic, shape: tuple[int, int], raw: bytes) -> tuple
         paired=True,
         vectorized=True,
         method="percentile",
-        confidence_level=expanded_level(sums.shape[1]),
+        confidence_level=expanded_level(informative),
         n_resamples=RESAMPLES,
         rng=np.random.default_rng(SEED),
     )

@@ -50,8 +50,7 @@ class Strip:
 def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
     """The strips that fit on a page, and how many the run stored.
 
-    Filters come before the baseline, bright light before dim, best before worst; what does not fit is left
-    out from the end of that order.
+    Filter by filter, the baseline last, best before worst; what does not fit is left out from the end.
 
     Raises
     ------
@@ -66,7 +65,7 @@ def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
         str(name): (float(sun), float(bulb))
         for name, sun, bulb in run.frames[["illumination", "sun_lux", "bulb_lm"]].drop_duplicates().to_numpy()
     }
-    rows.sort(key=lambda row: _order(row, run, levels))
+    rows.sort(key=lambda row: _order(row, run))
     chosen: list[Strip] = []
     spent = 0
     for row in rows:
@@ -78,16 +77,14 @@ def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
     return tuple(chosen), len(rows)
 
 
-def _order(row: dict[str, Any], run: Run, levels: dict[str, tuple[float, float]]) -> tuple[Any, ...]:
-    sun, bulb = levels.get(str(row["illumination"]), (0.0, 0.0))
+def _order(row: dict[str, Any], run: Run) -> tuple[Any, ...]:
     name, rank = str(row["filter"]), str(row["rank"])
     position = run.filters.index(name) if name in run.filters else len(run.filters)
     return (
         name == BASELINE,
-        -sun,
-        -bulb,
         position,
         RANKS.index(rank) if rank in RANKS else len(RANKS),
+        str(row["illumination"]),
         int(row["frame"]),
     )
 

@@ -144,7 +144,7 @@ COLUMNS: tuple[Column, ...] = (
     _run_column("rmse", "RMSE", "m", 3, "rmse_m", better="lower", group="SLAM and navigation"),
     _run_column("mapped", "landmarks mapped", "", 1, "landmarks_mapped"),
     _run_column("nav_success", "nav success", "%", 1, "nav_success"),
-    _run_column("nav_cost", "path cost ratio", "", 3, "nav_cost_ratio", better="lower"),
+    _run_column("nav_cost", "path cost ratio", "", 4, "nav_cost_ratio", better="lower"),
     Column(
         "filter_ms",
         "filter time",

@@ -81,7 +81,7 @@ def _cell(value: str, bounds: str, kind: str) -> str:
 def _dlr(run: Run) -> RenderableType:
     from rich.console import Group
 
-    table = _table("association · observation", DLR_HEADINGS)
+    table = _table("association\n· observation", DLR_HEADINGS)
     for one in dlr.dlr_runs(run):
         cells = [c.ours(one.row) for c in dlr.COLUMNS] if one.ok else ["failed"]
         table.add_row(one.label, *cells)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from reports.comparison import Comparison
 from reports.run import BASELINE, Run
 from reports.statistics import Estimate
-from reports.wording import NBSP, interval, listing, number, plural
+from reports.wording import NBSP, interval, listing, number, plural, telling_digits
 
 HELPED, HARMED, UNCLEAR, SAME, UNTESTED = "helped", "harmed", "unclear", "same", "untested"
 
@@ -90,6 +90,7 @@ def _bracket(change: Estimate, unit: str, digits: int, *, scale: float = 1.0) ->
     """The change as "(+0.20 m, 95 % interval +0.19 … +0.21)", or why there is no interval."""
     if math.isnan(change.value):
         return f"({change.note})"
+    digits = telling_digits(change, digits, scale)
     value = f"{number(change.value * scale, digits, signed=True)}{NBSP}{unit}"
     if not change.has_interval:
         return f"({value}; {change.note})"

@@ -31,6 +31,15 @@ def interval(value: Estimate, digits: int = 2, *, scale: float = 1.0, signed: bo
     return f"{low}{NBSP}…{NBSP}{high}"
 
 
+def telling_digits(value: Estimate, digits: int, scale: float = 1.0) -> int:
+    """As many decimals as it takes for an interval that excludes zero not to read as one that touches it."""
+    if value.excludes_zero:
+        nearest = min(abs(value.low), abs(value.high)) * scale
+        while digits < 6 and float(f"{nearest:.{digits}f}") == 0.0:
+            digits += 1
+    return digits
+
+
 def listing(parts: list[str]) -> str:
     """Parts joined by commas and a last "and"."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -95,6 +95,13 @@ def test_map_panels_are_chosen_by_light_and_seed(rendered_run: Path) -> None:
     assert shown == expected
 
 
+def test_a_diverged_path_does_not_shrink_the_map() -> None:
+    true = tracks.Track(np.arange(2.0), np.array([[0.0, 0.0], [20.0, 10.0]]))
+    lost = tracks.Track(np.arange(2.0), np.array([[0.0, 0.0], [1e9, -3.0]]))
+    panel = figures_map.Panel("", "#000000", "", lost, None)
+    assert figures_map.window(true, None, [panel]) == pytest.approx((-0.4, 30.4, -3.4, 10.4))
+
+
 def test_squared_error_is_that_of_the_trajectories(dlr_run: Path) -> None:
     run = load(dlr_run)
     saved = pd.read_csv(figures_dlr.draw_squared_error(run).with_suffix(".csv"))

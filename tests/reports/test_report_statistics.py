@@ -62,6 +62,23 @@ def test_nothing_measured_is_nan_and_says_so() -> None:
     assert math.isnan(nothing.value) and nothing.note == "nothing to measure"
 
 
+def test_a_few_changed_units_among_many_are_not_called_certain() -> None:
+    """Five of forty blocks changed, all upwards: a sign test says p = 0.06, and no interval is given."""
+    ours, ten = np.full(40, 5.0), np.full(40, 10.0)
+    ours[:5] += 1.0
+    sums = np.array([ours, ten, np.full(40, 5.0), ten])
+    few = s.estimate(s.ratio_change, sums, "blocks", ours != 5.0)
+    assert few.value == pytest.approx(5 / 400)
+    assert few.note == "only 5 of 40 blocks changed, too few for an interval"
+    assert s.estimate(s.ratio_change, sums, "blocks").excludes_zero  # what the plain bootstrap would say
+
+
+def test_no_changed_unit_is_no_change_at_all() -> None:
+    five, ten = np.full(40, 5.0), np.full(40, 10.0)
+    same = s.estimate(s.ratio_change, np.array([five, ten, five, ten]), "blocks", np.zeros(40, bool))
+    assert same.value == same.low == same.high == 0.0
+
+
 def test_interval_of_a_mean_is_as_wide_as_students_t() -> None:
     values = np.random.default_rng(2).normal(size=12)
     got = s.estimate(s.ratio, sums_of(values), "seeds")

@@ -11,7 +11,7 @@ from reports.comparison import compare
 from reports.run import load
 from reports.statistics import Estimate
 from reports.verdict import effect, mask_verdict, verdict
-from reports.wording import NBSP
+from reports.wording import NBSP, telling_digits
 
 Make = Callable[..., Path]
 
@@ -102,6 +102,12 @@ def test_masks_beside_an_empty_mask(rendered_run: Path) -> None:
     assert "an empty mask (IoU 0) is already right on 9" in text
     assert "fewer than the empty mask" in text
     assert text.endswith(".") and text.count(". ") == 0
+
+
+def test_an_interval_that_excludes_zero_does_not_print_as_zero() -> None:
+    assert telling_digits(Estimate(0.0013, 0.00012, 0.0027), 1, 100.0) == 2
+    assert telling_digits(Estimate(0.013, 0.012, 0.027), 1, 100.0) == 1
+    assert telling_digits(Estimate(0.0, -0.00001, 0.00001), 1) == 1
 
 
 @pytest.mark.parametrize(
