@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 
 import typer
@@ -65,6 +66,10 @@ def execute(arguments: list[str]) -> int:
         return _complain(f"{message}; see {context.command_path if context else PROGRAM} --help")
     except ROOM_ERRORS as error:
         return _complain(str(error))
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        return _complain(f"{error.filename or 'disk'}: no room left on the disk; make room and run again")
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     if code == INTERRUPTED:

@@ -1,8 +1,8 @@
 """Downloads the DLR building log (Kurlbaum & Frese 2009) from its public sources into the user's cache.
 
 What is pinned: both repositories by commit, and every file by SHA-256. The digests were taken from a copy of
-the data set. For log and track, that copy and the public files were compared in size and in parts. For
-the pictures only names and number were, so one digest covers the set: the SHA-256 of the lines
+the data set. For log and track, that copy and the public files were compared in size and in parts; the
+pictures were not, beyond their number. One digest covers them all: the SHA-256 of the lines
 ``<sha256>  <name>`` of all pictures in order of name. Should a public file differ after all, `fetch_dlr` says
 so and refuses it; it keeps nothing that it could not verify. The least-squares solution and the fitted camera
 that some copies of the data set hold have no public source and are not fetched.

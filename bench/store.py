@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bench.disk import require_free
 from bench.errors import BenchError
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
 from bench.tables import Row, read_table, to_table
@@ -196,12 +197,7 @@ def _check_results_folder(out: Path, needed_bytes: int) -> None:
         raise BenchError(
             f"results folder {out}: cannot be written ({error.strerror}); choose another with --out"
         ) from None
-    free = shutil.disk_usage(out).free
-    if free < needed_bytes:
-        raise BenchError(
-            f"results folder {out}: {free / 1e6:.0f} MB free, about {needed_bytes / 1e6:.0f} MB needed; "
-            "make room or choose another with --out"
-        )
+    require_free(out, needed_bytes, "choose another with --out")
     latest = out / "latest"
     if latest.exists() and not latest.is_symlink():
         raise BenchError(f"{latest}: is no link to a run; move it away, or choose another folder with --out")

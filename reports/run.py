@@ -195,5 +195,5 @@ def _filter_order(study: Mapping[str, Any], frames: DataFrame, runs: DataFrame) 
 
 
 def _name(entry: object) -> str:
-    """A study lists a filter by name, or as a mapping with a name and parameters."""
-    return str(entry.get("name", "")) if isinstance(entry, dict) else str(entry)
+    """A study lists a filter by name, or as a mapping; rows carry the label, by default the name."""
+    return str(entry.get("label") or entry.get("name", "")) if isinstance(entry, dict) else str(entry)
