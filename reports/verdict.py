@@ -77,7 +77,7 @@ def _overall(recall: str, rmse: str) -> str:
     if effects == {SAME}:
         return "changed nothing"
     if effects == {UNTESTED}:
-        return "cannot be judged from so small a run"
+        return "cannot be judged from this run"
     return "had no effect that this run can tell apart from zero"
 
 

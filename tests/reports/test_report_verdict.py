@@ -73,7 +73,7 @@ def test_too_few_seeds_say_so_instead_of_an_interval(rendered: Make) -> None:
 
 
 def test_too_small_to_judge(rendered: Make) -> None:
-    assert "cannot be judged from so small a run" in one(rendered, -0.2, 0.2, seeds=2, frames=4)
+    assert "cannot be judged from this run" in one(rendered, -0.2, 0.2, seeds=2, frames=4)
 
 
 def test_failed_runs_are_told(rendered: Make) -> None:
