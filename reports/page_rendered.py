@@ -15,7 +15,7 @@ from reports.wording import plural
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
-    strip_section, maps = _strips(run), _maps(run)  # first: they read files that may be damaged
+    maps, strip_section = _maps(run), _strips(run)  # first: they read files that may be damaged
     comparison = compare(run)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
     sections = (
