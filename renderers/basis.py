@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from renderers import paint
 from renderers.camera import Camera, Mount, T_world_robot
 from renderers.engine import make_engine
 from renderers.errors import RendererError
-from renderers.gbuffer import F32, I32, GBuffer, View, fill
+from renderers.gbuffer import F32, I32, GBuffer, View, fill, interpolate
 from renderers.irradiance import FULL_QUALITY, OFFSET_M, BakeQuality
 from renderers.irradiance_cache import load_or_bake
 from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, UnitLight, unit_lights
@@ -166,7 +167,7 @@ class SceneRenderer:
         hit = ~reflection.escaped
         corners = self._mesh.triangles[reflection.triangle[hit]]
         weights = reflection.weights[hit]
-        lux = np.einsum("nk,nkc->nc", weights, self._irradiance.total[index][corners])
+        lux = interpolate(self._irradiance.total[index], corners, weights)
         albedo = self._mesh.materials.base_color[self._mesh.surface[reflection.triangle[hit]]]
         luminance[reflection.glossy[hit]] = albedo * lux / np.pi
         return luminance
@@ -227,7 +228,7 @@ class _Shading:
 
     def interpolate(self, at_vertices: F32) -> F32:
         """(n, 3) values at the pixels from values at the mesh's vertices."""
-        return np.einsum("nk,nkc->nc", self._weights, at_vertices[self._corners])
+        return interpolate(at_vertices, self._corners, self._weights)
 
     def reflection(self, caster: RayCaster) -> _Reflection:
         """Cast the mirrored view rays of glossy pixels (once)."""
@@ -299,8 +300,17 @@ def relight(
     return _weighted(basis.diffuse, weights), _weighted(basis.specular, weights)
 
 
+@njit(cache=True)
 def _weighted(layers: F32, weights: F32) -> F32:
-    return np.einsum("lhwc,lc->hwc", layers, weights)
+    """(H, W, 3) sum of the (L, H, W, 3) layers, each channel by its (L, 3) weight."""
+    count, height, width, _ = layers.shape
+    total = np.zeros((height, width, 3), dtype=np.float32)
+    for k in range(count):
+        for r in range(height):
+            for c in range(width):
+                for channel in range(3):
+                    total[r, c, channel] += weights[k, channel] * layers[k, r, c, channel]
+    return total
 
 
 def mean_white(

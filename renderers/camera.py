@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +15,9 @@ FloatArray = NDArray[np.float64]
 
 
 class Camera(Protocol):
-    """A camera model of ``width`` × ``height`` pixels."""
+    """A camera model of ``width`` × ``height`` pixels; a value, equal and hashable by its parameters."""
+
+    def __hash__(self) -> int: ...
 
     @property
     def width(self) -> int:
@@ -32,6 +35,14 @@ class Camera(Protocol):
 
     def enlarged(self, factor: int) -> Camera:
         """The same view with ``factor`` times as many pixels along each side."""
+
+
+@lru_cache(maxsize=8)
+def pixel_rays(camera: Camera) -> FloatArray:
+    """(H, W, 3) float64: each pixel's unit direction in the camera frame; read-only, as it is kept."""
+    rays = camera.unproject(pixel_grid(camera))
+    rays.setflags(write=False)
+    return rays
 
 
 def pixel_grid(camera: Camera) -> FloatArray:

@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from renderers.camera import Camera, pixel_grid
+from renderers.camera import Camera, pixel_rays
 from renderers.mesh import NOTHING, SceneMesh
 
 F32 = NDArray[np.float32]
@@ -37,8 +38,8 @@ class View:
     @cached_property
     def directions(self) -> F32:
         """(H, W, 3) float32: unit direction of each pixel in the world."""
-        rays = self.camera.unproject(pixel_grid(self.camera))
-        return np.ascontiguousarray(rays @ self.T_world_camera[:3, :3].T, dtype=np.float32)
+        rays = pixel_rays(self.camera) @ self.T_world_camera[:3, :3].T
+        return np.ascontiguousarray(rays, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,22 +107,57 @@ def fill(mesh: SceneMesh, view: View, engine: Engine) -> GBuffer:
         distance=distance,
         position=position,
         normal=normal,
-        barycentric=_barycentric(mesh, index, position),
+        barycentric=_barycentric(mesh.vertices, mesh.triangles, triangle, position),
         surface=np.where(seen, mesh.surface[index], NOTHING).astype(np.int32),
     )
 
 
-def _barycentric(mesh: SceneMesh, triangle: I32, position: F32) -> F32:
+@njit(cache=True)
+def _barycentric(vertices: F32, triangles: I32, triangle: I32, position: F32) -> F32:
     """Weights of the second and third vertex (Ericson 2005, Real-Time Collision Detection, 3.4)."""
-    corner = mesh.vertices[mesh.triangles]
-    edge_b, edge_c = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    bb, bc, cc = (
-        np.einsum("mk,mk->m", p, q) for p, q in ((edge_b, edge_b), (edge_b, edge_c), (edge_c, edge_c))
-    )
-    inverse = 1.0 / np.maximum(bb * cc - bc * bc, 1e-30)
-    dual_b = (cc[:, None] * edge_b - bc[:, None] * edge_c) * inverse[:, None]
-    dual_c = (bb[:, None] * edge_c - bc[:, None] * edge_b) * inverse[:, None]
-    offset = position - corner[triangle, 0]
-    b = np.einsum("...k,...k->...", offset, dual_b[triangle])
-    c = np.einsum("...k,...k->...", offset, dual_c[triangle])
-    return np.stack([b, c], axis=-1).astype(np.float32)
+    height, width = triangle.shape
+    weights = np.zeros((height, width, 2), dtype=np.float32)
+    for r in range(height):
+        for c in range(width):
+            if triangle[r, c] < 0:
+                continue
+            corner = triangles[triangle[r, c]]
+            bb = bc = cc = pb = pc = 0.0
+            for k in range(3):
+                at = float(vertices[corner[0], k])
+                b, e, p = vertices[corner[1], k] - at, vertices[corner[2], k] - at, position[r, c, k] - at
+                bb += b * b
+                bc += b * e
+                cc += e * e
+                pb += p * b
+                pc += p * e
+            scale = 1.0 / max(bb * cc - bc * bc, 1e-30)
+            weights[r, c, 0] = (cc * pb - bc * pc) * scale
+            weights[r, c, 1] = (bb * pc - bc * pb) * scale
+    return weights
+
+
+@njit(cache=True)
+def interpolate(at_vertices: F32, corners: I32, weights: F32) -> F32:
+    """Values inside triangles from values at the mesh's vertices.
+
+    Parameters
+    ----------
+    at_vertices : (v, 3) float32
+    corners : (n, 3) int32
+    weights : (n, 3) float32
+        Barycentric, of the corners.
+
+    Returns
+    -------
+    (n, 3) float32
+    """
+    values = np.empty((len(corners), 3), dtype=np.float32)
+    for i in range(len(corners)):
+        for c in range(3):
+            values[i, c] = (
+                weights[i, 0] * at_vertices[corners[i, 0], c]
+                + weights[i, 1] * at_vertices[corners[i, 1], c]
+                + weights[i, 2] * at_vertices[corners[i, 2], c]
+            )
+    return values

@@ -44,7 +44,7 @@ def test_corridor_is_closed_but_for_its_windows(corridor, bases):
 
 
 def test_office_light_from_the_bulbs(bases):
-    """14 bulbs of 800 lm in 145 m² of corridor with bright walls: some tens of lux on the floor, not thousands."""
+    """14 bulbs of 800 lm in 145 m² of corridor with bright walls: tens to hundreds of lux."""
     for basis in bases:
         diffuse, _ = lit(basis, 0.0, 0.0, 800.0)
         floor = (basis.surface == 0) & (basis.landmark == -1)
