@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from reports import style
 from reports.comparison import Comparison
 from reports.illuminations import illuminations, quantity
-from reports.run import Run
+from reports.run import BASELINE, Run
 from reports.wording import MISSING, number
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ class HeatMetric:
         the largest value of the run.
     measure : callable
         (comparison, filter, illumination) → value in ``unit``.
+    of_light : bool
+        Whether it tells of the pictures and not of a filter: one panel serves them all.
     """
 
     key: str
@@ -54,9 +56,25 @@ class HeatMetric:
     higher_is_better: bool
     top: float | None
     measure: Callable[[Comparison, str, str], float]
+    of_light: bool = False
+
+    def panels(self, run: Run) -> tuple[str, ...]:
+        """The filters that have a panel."""
+        return (BASELINE,) if self.of_light else run.filters
 
 
 METRICS = (
+    HeatMetric(
+        "true-share",
+        "true_share_percent",
+        "Pixels that specular light affects",
+        "%",
+        1,
+        True,
+        None,
+        lambda c, f, w: 100 * c.mask(f, "true_share", w).value,
+        of_light=True,
+    ),
     HeatMetric(
         "recall",
         "recall_percent",
@@ -98,7 +116,7 @@ def table(run: Run, comparison: Comparison, metric: HeatMetric) -> DataFrame:
     lights = illuminations(run)
     rows = [
         (name, light.name, light.sun_lux, light.bulb_lm, metric.measure(comparison, name, light.name))
-        for name in run.filters
+        for name in metric.panels(run)
         for light in lights
     ]
     return pd.DataFrame(rows, columns=["filter", "illumination", "sun_lux", "bulb_lm", metric.column])
@@ -122,20 +140,21 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
     finite = data[metric.column][np.isfinite(data[metric.column])]
     norm = Normalize(0.0, metric.top or float(finite.max()) or 1.0)
     colours = colormaps["cividis" if metric.higher_is_better else "cividis_r"]
-    across = min(PANELS_PER_ROW, len(run.filters))
-    down = math.ceil(len(run.filters) / across)
-    figure = style.new_figure(9.6, down * (0.75 + 0.34 * len(suns)) + 0.35)
+    names = metric.panels(run)
+    across = min(PANELS_PER_ROW, len(names))
+    down = math.ceil(len(names) / across)
+    figure = style.new_figure(9.6 if len(names) > 1 else 4.2, down * (0.75 + 0.34 * len(suns)) + 0.35)
     axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
-    for panel, name in zip(axes, run.filters, strict=False):
+    for panel, name in zip(axes, names, strict=False):
         grid = data[data["filter"] == name].pivot_table(
             index="sun_lux", columns="bulb_lm", values=metric.column, dropna=False
         )
         values = grid.reindex(index=suns, columns=bulbs).to_numpy(np.float64)
         _panel(panel, values, metric, norm, colours)
-        panel.set_title(style.filter_label(name))
+        panel.set_title("" if metric.of_light else style.filter_label(name))
         panel.set_xticks(np.arange(len(bulbs)) + 0.5, [quantity(b, "lm") for b in bulbs])
         panel.set_yticks(np.arange(len(suns)) + 0.5, [quantity(s, "lx") for s in suns])
-    for panel in axes[len(run.filters) :]:
+    for panel in axes[len(names) :]:
         panel.set_axis_off()
     figure.supxlabel("each bulb", fontsize=9, color=style.INK)
     figure.supylabel("sun", fontsize=9, color=style.INK)

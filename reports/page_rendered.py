@@ -58,6 +58,11 @@ def _heat_maps(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
 def _heat_caption(metric: figures_heat.HeatMetric) -> str:
     better = "Higher" if metric.higher_is_better else "Lower"
     unit = f"In {metric.unit}. " if metric.unit else ""
+    if metric.of_light:
+        return (
+            f"{unit}The true mask's share of the picture, before any filter: sun (on a surface facing it) "
+            "against the light of each bulb. Automatic exposure follows the brighter of the two."
+        )
     return (
         f"{unit}Sun (on a surface facing it) against the light of each bulb; all panels share one colour "
         f"scale. {better} is better, and brighter."

@@ -26,10 +26,11 @@ def test_heat_map_shows_its_csv(rendered_run: Path, key: str) -> None:
     assert path is not None
     saved = pd.read_csv(path.with_suffix(".csv"))
     figure = figures_heat._figure(run, saved, metric)
-    panels = {panel.get_title(): panel for panel in figure.axes[: len(run.filters)]}
+    names = metric.panels(run)
+    assert names == (("none",) if metric.of_light else run.filters)
     scales = set()
-    for name in run.filters:
-        panel = panels[style.filter_label(name)]
+    for name, panel in zip(names, figure.axes, strict=False):
+        assert panel.get_title() == ("" if metric.of_light else style.filter_label(name))
         drawn = panel.collections[0].get_array().reshape(3, 2)
         rows = saved[saved["filter"] == name].sort_values(["sun_lux", "bulb_lm"])
         assert np.asarray(drawn).ravel() == pytest.approx(rows[metric.column].to_numpy())
