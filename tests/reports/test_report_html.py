@@ -92,7 +92,7 @@ def test_links_lead_to_files_or_places_on_the_page(page: Path) -> None:
     for link in reader.links:
         assert (link[1:] in reader.ids) if link.startswith("#") else (page.parent / link).is_file()
     figures = {Path(link).stem for link in reader.links if link.endswith(".svg")}
-    assert len(figures) == 1 + 4 + 1
+    assert len(figures) == 1 + 5 + 1  # effects, heat maps, map
     assert {f"figures/{name}.csv" for name in figures} <= set(reader.links)
 
 
