@@ -67,7 +67,7 @@ class SceneRenderer:
         "rasterise" or "raycast": what finds the visible surfaces.
     supersampling : int
         Rays along each side of a pixel; the layers are averaged in linear light, ids and depth are those of
-        the pixel's centre.
+        the sample in the pixel's centre (of an even number, the one up and left of it).
     threads : int
         For the ray caster, 0 for all cores.
     cache : Path, optional

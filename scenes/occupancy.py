@@ -65,7 +65,7 @@ def true_occupancy(
             cell = np.floor((points - origin) / resolution).astype(int)
             inside = (cell >= 0).all(1) & (cell < shape[::-1]).all(1)
             blocked[cell[inside, 1], cell[inside, 0]] = True
-    return TrueOccupancy(blocked | ~_reachable(blocked, origin, resolution, scene), origin, resolution)
+    return TrueOccupancy(~_reachable(blocked, origin, resolution, scene), origin, resolution)
 
 
 def _clip(polygon: FloatArray, low: float, high: float) -> FloatArray:

@@ -9,6 +9,7 @@ from renderers.basis import LightBasis, mean_white, relight
 from renderers.camera import Fisheye, Mount, Pinhole
 from renderers.errors import RendererError
 from renderers.lights import HORIZON_Z
+from renderers.lobe_albedo import albedo_table, directional_albedo
 from renderers.raycast import RaycastEngine
 from scenes.geometry import box, rectangle, surface
 from scenes.model import Bulb, Landmark, Material, Sun
@@ -110,8 +111,6 @@ def test_polish_does_not_change_what_lambert_loses_to_fresnel(renderer_of, scene
 
 def test_polished_floor_mirrors_the_sky(renderer_of, scene_of, floor):
     """Uniform sky above a smooth floor: specular = albedo of the lobe × L, L = 1/π per lux."""
-    from renderers.lobe_albedo import albedo_table, directional_albedo
-
     camera = Pinhole(11, 11, 20.0)
     eye = Mount(height_m=1.0, pitch_deg=60.0)
     picture = renderer_of(scene_of(floor(4.0, Material((0.5,) * 3, 0.2))), camera, eye).render(np.zeros(3))
@@ -134,6 +133,10 @@ def test_mirror_image_stands_where_the_wall_is(renderer_of, scene_of, floor):
     assert rows.min() == foot + 1
     columns, wall_columns = np.flatnonzero(image[foot + 1]), np.flatnonzero((picture.surface == 1)[foot])
     assert abs(columns.min() - wall_columns.min()) <= 1 and abs(columns.max() - wall_columns.max()) <= 1
+    # as bright as the wall's own foot times what the polish reflects there: the eye 1 m up, the foot 2 m away
+    a, b = directional_albedo(albedo_table(), 1 / np.sqrt(5), 0.1)
+    mirrored, seen = shine[foot + 1, 50, 0], picture.diffuse[1, foot, 50, 0]
+    assert mirrored == pytest.approx((0.04 * a + b) * seen, rel=0.1)
 
 
 def test_lamp_and_sky_seen_directly(renderer_of, scene_of, floor):

@@ -51,11 +51,14 @@ def test_sun_obeys_lambert(renderer_of, scene_of, downwards, floor, elevation):
     np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), rtol=1e-5)
 
 
-@pytest.mark.parametrize("elevation", [-0.1, -40.0])
-def test_sun_below_the_horizon_is_dark(renderer_of, scene_of, downwards, floor, elevation):
-    wall = surface("wall", BLACK, rectangle((1, -1, 0), (0, 2, 0), (0, 0, 1)))
-    scene = scene_of(floor(4.0), wall, sun=Sun(270.0, elevation, lux=1.0))
-    assert not direct(renderer_of, scene, downwards, "sun").any()
+@pytest.mark.parametrize(("elevation", "lit"), [(0.1, True), (-0.1, False), (-40.0, False)])
+def test_sun_below_the_horizon_is_dark(renderer_of, scene_of, floor, elevation, lit):
+    """A wall that faces the low sun over a small floor, which would not shade it from below."""
+    grey = Material((0.5, 0.5, 0.5), roughness=1.0, specular=0.0)
+    wall = surface("wall", grey, rectangle((2, -2, 0), (0, 0, 2), (0, 4, 0)))
+    scene = scene_of(floor(0.1), wall, sun=Sun(270.0, elevation, lux=1.0))
+    picture = direct(renderer_of, scene, Mount(height_m=1.0, pitch_deg=0.0), "sun")
+    assert picture.any() == lit
 
 
 @pytest.mark.parametrize(("azimuth", "axis", "sign"), [(90.0, 0, -1), (180.0, 1, 1), (0.0, 1, -1)])
