@@ -21,7 +21,7 @@ run: $(READY_RUN)  ## the main job; pass options as ARGS="--study dlr"
 	$(PYTHON_IN_VENV) -m bench run $(ARGS)
 
 test: lint  ## lint, then all tests
-	$(ONE_THREAD) $(PYTHON_IN_VENV) -m pytest -q -n 2
+	$(ONE_THREAD) $(PYTHON_IN_VENV) -m pytest -q -n 2 --dist loadfile
 
 lint: $(READY_TEST)  ## style, format, import contracts, types
 	$(VENV)/bin/ruff check .
@@ -45,6 +45,8 @@ $(READY_RUN): $(VENV)/.created requirements-run.lock pyproject.toml
 	$(PIP) install --require-hashes -r requirements-run.lock
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	sh tools/setup.sh libraries $(VENV)
+	@echo "compiling the kernels (once)"
+	$(PYTHON_IN_VENV) -m bench.warm_up
 	@touch $@
 
 $(READY_TEST): $(READY_RUN) requirements-dev.lock
