@@ -30,7 +30,7 @@ DEPTH_FACTOR = 5000
 """Grey levels per metre in depth pictures, as TUM RGB-D has them."""
 
 BYTES_PER_PIXEL = 8
-"""What a frame's five PNG files take, for the check of free disk: 6.8 were measured in the corridor at noon."""
+"""What a frame's five PNG files take, for the check of free disk; 6.8 in the corridor at noon."""
 
 
 def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress) -> list[Path]:
