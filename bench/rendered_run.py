@@ -57,7 +57,7 @@ def prepared(
     with _writable_cache() as cache:
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
             scene = load_scene(study)
-            setup = SequenceSetup(study, engine, light_colours(scene), 0, cache)
+            setup = SequenceSetup(study, engine, light_colours(scene, cache), 0, cache)
             bake_scene(scene, cache)
             advance(1)
         yield setup

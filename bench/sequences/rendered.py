@@ -128,12 +128,15 @@ def load_scene(study: RenderedStudy) -> Scene:
     )
 
 
-def light_colours(scene: Scene) -> Colours:
-    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised."""
-    bulbs = {bulb.group: linear_srgb(bulb.illuminant) for bulb in scene.bulbs}
+def light_colours(scene: Scene, cache: Path | None = None) -> Colours:
+    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised.
+
+    With a ``cache`` folder the answers of colour-science are kept there, as its import takes seconds.
+    """
+    bulbs = {bulb.group: linear_srgb(bulb.illuminant, cache) for bulb in scene.bulbs}
     return {
-        scene.sun.name: linear_srgb(scene.sun.illuminant),
-        scene.sky.name: linear_srgb(scene.sky.illuminant),
+        scene.sun.name: linear_srgb(scene.sun.illuminant, cache),
+        scene.sky.name: linear_srgb(scene.sky.illuminant, cache),
         **bulbs,
     }
 
