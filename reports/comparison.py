@@ -83,12 +83,12 @@ class Comparison:
 
     def run_metric(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean of a metric over the runs that did not fail."""
-        return s.estimate(s.ratio, self.runs.of(name, condition, metric), "seeds")
+        return s.crossed(self.runs.of(name, condition, metric), "illuminations", "seeds")
 
     def run_change(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean paired difference to the run without a filter, by condition and seed."""
-        sums = self.runs.change(name, condition, metric)
-        return s.estimate(s.ratio, sums, "seeds", sums[0] != 0.0)
+        differences = self.runs.change(name, condition, metric)
+        return s.crossed(differences, "illuminations", "seeds", paired=True)
 
     def filter_ms(self, name: str, condition: Condition = None) -> float:
         """Median time per picture, ms: a median, because the first call compiles and caches."""

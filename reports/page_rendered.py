@@ -106,8 +106,9 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
         f"Picture and landmark scores resample {frames.unit}, {frames.blocks} in all, since a frame hardly "
         "differs from the one before it; the block length follows from the run's own correlation (Politis & "
         "White 2004). The same blocks serve each filter and each illumination.",
-        f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')}; illuminations "
-        "are fixed conditions. A difference is between two runs of the same illumination and seed.",
+        f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')} and, where lights "
+        "are pooled, the illuminations too (Owen 2007), because the seeds of one illumination share its "
+        "pictures. A difference is between two runs of the same illumination and seed.",
         "The sensor's noise was drawn once for each picture, the same for each filter: intervals of picture "
         "scores hold the scatter between places on the tour, not between exposures.",
         "Recall is landmarks found over landmarks visible, summed over all frames; precision is landmarks "

@@ -1,4 +1,4 @@
-"""The table of SLAM runs, summed over seeds: seeds are the random factor, all else is a fixed condition."""
+"""The table of SLAM runs, laid out by condition and seed: the two factors that pooled numbers resample."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ class RunSums:
     failures: dict[tuple[str, str], tuple[int, int]]
 
     def of(self, name: str, illumination: str | None, metric: str) -> FloatArray:
-        """(2, n) float64: sum and count of a metric for each of n seeds."""
-        return self._per_seed(self.values[name, metric], illumination)
+        """(conditions, seeds) float64: a metric under one or every light, NaN where a run has none."""
+        return self._under(self.values[name, metric], illumination)
 
     def change(self, name: str, illumination: str | None, metric: str) -> FloatArray:
-        """(2, n) float64: sum and count of the paired differences to the baseline for each of n seeds."""
-        return self._per_seed(self.values[name, metric] - self.values[BASELINE, metric], illumination)
+        """(conditions, seeds) float64: the paired differences to the baseline."""
+        return self._under(self.values[name, metric] - self.values[BASELINE, metric], illumination)
 
     def failed(self, name: str, illumination: str | None = None) -> tuple[int, int]:
         """Failed runs and all runs."""
@@ -52,11 +52,8 @@ class RunSums:
         ]
         return sum(bad for bad, _ in counts), sum(total for _, total in counts)
 
-    def _per_seed(self, values: FloatArray, illumination: str | None) -> FloatArray:
-        if illumination is not None:
-            values = values[self.illuminations == illumination]
-        finite = np.isfinite(values)
-        return np.stack([np.where(finite, values, 0.0).sum(axis=0), finite.sum(axis=0).astype(np.float64)])
+    def _under(self, values: FloatArray, illumination: str | None) -> FloatArray:
+        return values if illumination is None else values[self.illuminations == illumination]
 
 
 def run_sums(run: Run) -> RunSums:

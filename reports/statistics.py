@@ -14,6 +14,10 @@ Conventions
 - Each statistic is a function of sums over units: a recall is Σ hits / Σ visible, not a mean of recalls.
 - Below ``MIN_UNITS`` units no interval is given. With n units a two-sided sign test cannot reach a p value
   below 2/2ⁿ; at n = 5 that is 0.0625, so a 95 % statement needs n ≥ 6.
+- What is pooled over illuminations resamples illuminations and seeds, each by itself (the pigeonhole
+  bootstrap of Owen 2007, *The pigeonhole bootstrap*, Annals of Applied Statistics 1(2)): all seeds of one
+  illumination share its pictures, and with them one realisation of the sensor's noise, which resampling seeds
+  alone would take for certain. It is conservative. With fewer than ``MIN_UNITS`` illuminations, seeds alone.
 - In a paired comparison only units that changed count as n, as a sign test drops ties: the bootstrap alone
   would call five changed blocks among forty unchanged ones certain, because few resamples miss all five.
 """
@@ -117,6 +121,40 @@ def estimate(
     if math.isnan(low) or math.isnan(high):
         return Estimate(value, units=n, unit=unit, note="undefined in some resamples")
     return Estimate(value, low, high, n, unit)
+
+
+def crossed(values: FloatArray, rows: str, columns: str, paired: bool = False) -> Estimate:
+    """The mean of a table whose rows and columns both are random factors, with its interval.
+
+    Parameters
+    ----------
+    values : (r, n) float64
+        NaN where nothing was measured. In a paired comparison, the differences.
+    rows, columns : str
+        What they are, in the plural.
+    paired : bool
+        Whether only rows and columns that changed count as units.
+    """
+    measured = np.isfinite(values)
+    filled = np.where(measured, values, 0.0)
+    if len(values) < MIN_UNITS or filled.shape[1] < MIN_UNITS or not measured.any():
+        sums = np.stack([filled.sum(axis=0), measured.sum(axis=0).astype(np.float64)])
+        return estimate(ratio, sums, columns, sums[0] != 0.0 if paired else None)
+    value = float(filled.sum() / measured.sum())
+    counted = filled != 0.0 if paired else measured
+    informative = int(min(counted.any(axis=0).sum(), counted.any(axis=1).sum()))
+    unit, units = f"{rows} and {columns}", int(min(values.shape))
+    if paired and informative == 0:
+        return Estimate(value, value, value, units, unit)
+    if informative < MIN_UNITS:
+        note = f"only {informative} of {units} {unit} changed, too few for an interval"
+        return Estimate(value, units=units, unit=unit, note=note)
+    rng = np.random.default_rng(SEED)
+    draws = [rng.multinomial(k, np.full(k, 1 / k), RESAMPLES).astype(np.float64) for k in values.shape]
+    total, count = (np.einsum("br,rn,bn->b", draws[0], t, draws[1]) for t in (filled, measured.astype(float)))
+    tail = (1 - expanded_level(informative)) / 2
+    low, high = np.quantile(total[count > 0] / count[count > 0], [tail, 1 - tail])
+    return Estimate(value, float(low), float(high), units, unit)
 
 
 @lru_cache(maxsize=4096)

@@ -38,7 +38,9 @@ def test_rmse_change_is_the_mean_over_pairs(rendered_run: Path) -> None:
     wide = run.runs.pivot(index=["illumination", "seed"], columns="filter", values="rmse_m")
     change = compare(run).run_change("seed", "rmse_m")
     assert change.value == pytest.approx((wide["seed"] - wide["none"]).mean())
-    assert change.units == 8 and change.unit == "seeds"
+    assert change.units == 6 and change.unit == "illuminations and seeds"  # six of these, eight of those
+    one_light = compare(run).run_change("seed", "rmse_m", run.runs["illumination"].iloc[0])
+    assert one_light.units == 8 and one_light.unit == "seeds"
 
 
 def test_a_pair_without_its_partner_does_not_count(rendered: Callable[..., Path]) -> None:
