@@ -118,7 +118,7 @@ def mask_verdict(run: Run, comparison: Comparison) -> str:
     parts = [_mask_words(name, comparison, empty) for name in run.light_filters]
     return (
         f"Light truly affects {number(100 * truth, 1)} % of the pixels, so an empty mask (IoU 0) is already "
-        f"right on {number(100 * empty, 1)} % of them; {listing(parts)}."
+        f"right on {number(100 * empty, 1)} % of them; {'; '.join(parts)}."
     )
 
 
