@@ -53,10 +53,20 @@ def check(study: RenderedStudy | DlrStudy) -> None:
     if isinstance(study, RenderedStudy):
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
         _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
+        _try_parameters(study)
         SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
     else:
         for association, observation in product(study.associations, study.observations):
             SlamSettings(study.backend, association, observation, study.gate)
+
+
+def _try_parameters(study: RenderedStudy) -> None:
+    """Build the filters whose parameters a study sets, so that a wrong one costs no rendering."""
+    from vslam.filters import registry
+
+    for choice in study.filters:
+        if choice.parameters:
+            registry.create(choice.name, **choice.parameters)
 
 
 def _known(kind: str, wanted: Iterable[str], known: Iterable[str]) -> None:

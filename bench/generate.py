@@ -20,9 +20,9 @@ from bench.provenance import version
 from bench.rendered_run import prepared
 from bench.run_facts import RunFacts
 from bench.sequences.rendered import RenderedSequence, calibration, load_scene
-from bench.store import tum_lines
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
+from renderers.camera import T_world_robot
 from renderers.engine import choose_engine
 from renderers.truth import Recording
 
@@ -94,6 +94,14 @@ def _check(folders: Sequence[Path], out: Path) -> None:
         raise BenchError(f"{out}: cannot be written ({error.strerror}); choose another with --out") from None
 
 
+def _tum_line(stamp: float, T_world_camera: np.ndarray) -> str:
+    """A pose of the camera as TUM RGB-D writes it: stamp, position, quaternion (x y z w)."""
+    from scipy.spatial.transform import Rotation
+
+    numbers = [*T_world_camera[:3, 3], *Rotation.from_matrix(T_world_camera[:3, :3]).as_quat(canonical=True)]
+    return " ".join([f"{stamp:.6f}", *(f"{number:.9f}" for number in numbers)])
+
+
 class _Folder:
     """One illumination's folder while it is written."""
 
@@ -114,7 +122,8 @@ class _Folder:
     def add(self, frame: int, basis: LightBasis) -> None:
         recording = self._sequence.record(basis, self._illumination, frame)
         diffuse, specular = self._sequence.relight(basis, self._illumination)
-        depth = np.minimum(np.round(basis.depth * DEPTH_FACTOR), 65535).astype(np.uint16)
+        grey = np.round(basis.depth * DEPTH_FACTOR)
+        depth = np.where(grey <= 65535, grey, 0).astype(np.uint16)  # beyond 13.1 m there is no number for it
         for name, picture in (
             ("rgb", recording.image),
             ("depth", depth),
@@ -139,7 +148,11 @@ class _Folder:
         for name in ("rgb", "depth"):
             lines = [f"{t:.6f} {name}/{k:06d}.png\n" for t, k in zip(stamps, self._frames, strict=True)]
             self._text(f"{name}.txt", f"# timestamp filename\n{''.join(lines)}")
-        track = tum_lines(stamps, tour.poses[self._frames])
+        mount = calibration(self._sequence.study).T_robot_camera
+        track = [
+            _tum_line(stamp, T_world_robot(tour.poses[frame]) @ mount)
+            for stamp, frame in zip(stamps, self._frames, strict=True)
+        ]
         self._text("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + "\n".join(track) + "\n")
         marks = [
             f"{m.id},{m.position[0]:.6f},{m.position[1]:.6f},{m.radius:.6f},{colour}\n"
@@ -178,10 +191,10 @@ class _Folder:
                 "cy": view.cy,
                 "T_robot_camera": view.T_robot_camera.tolist(),
             },
-            "poses": "groundtruth.txt holds T_world_robot; multiply by T_robot_camera for the camera",
+            "poses": "groundtruth.txt holds T_world_camera = T_world_robot · T_robot_camera",
             "depth": {
                 "factor": DEPTH_FACTOR,
-                "meaning": "z in the camera frame; 0 = none; exact, without noise",
+                "meaning": "z in the camera frame, exact, without noise; 0 = none, or beyond 13.1 m",
             },
             "linear": "diffuse + specular: 65535 = full well, before white balance, noise-free, clipped",
             "mask": f"255 where specular light adds {study.sensor.highlight_threshold} grey levels or more",

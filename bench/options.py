@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 
@@ -40,14 +40,8 @@ class GenerateOptions:
         Names out of the study's grid; empty means all.
     frames : int or None
         The first so many frames of the tour; None means all.
-    workers : int
-        Processes, ≥ 1.
-    command : tuple of str
-        The command line as typed.
     """
 
     out: Path
-    illuminations: tuple[str, ...] = field(default=())
+    illuminations: tuple[str, ...] = ()
     frames: int | None = None
-    workers: int = 1
-    command: tuple[str, ...] = ()

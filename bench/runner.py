@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bench import provenance
 from bench.options import RunOptions
 from bench.progress import Progress
+from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.study import dump
 from bench.study_model import DlrStudy, RenderedStudy
@@ -15,8 +17,19 @@ BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
 """About what a row of a table and a line of a trajectory take, for the check of free disk."""
 
 
-def run(study: RenderedStudy | DlrStudy, options: RunOptions, progress: Progress) -> Path:
+def run(
+    study: RenderedStudy | DlrStudy,
+    options: RunOptions,
+    progress: Progress,
+    report: Callable[[Path], object] | None = None,
+) -> Path:
     """Run a study.
+
+    Parameters
+    ----------
+    report : callable, optional
+        Writes the report into the folder it is given, before the run gets its name: a run that has a name is
+        whole.
 
     Returns
     -------
@@ -38,9 +51,20 @@ def run(study: RenderedStudy | DlrStudy, options: RunOptions, progress: Progress
             from bench.rendered_run import run as run_rendered
 
             facts = run_rendered(study, folder, options.workers, progress)
-        collected = provenance.collect(
-            seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
-        )
-        notice = {"study": study.name, "engine_notice": facts.engine_notice}
-        folder.write_json("provenance.json", notice | collected)
+        _write_provenance(folder, study, options, facts)
+        if report is not None:
+            with facts.timed("report"), progress.stage("report", 1) as advance:
+                report(folder.path)
+                advance(1)
+            _write_provenance(folder, study, options, facts)
     return folder.path
+
+
+def _write_provenance(
+    folder: RunFolder, study: RenderedStudy | DlrStudy, options: RunOptions, facts: RunFacts
+) -> None:
+    collected = provenance.collect(
+        seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
+    )
+    notice = {"study": study.name, "engine_notice": facts.engine_notice}
+    folder.write_json("provenance.json", notice | collected)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, Protocol, TypeVar
+
+from bench.errors import BenchError
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -32,7 +36,12 @@ class _Pool:
         self._executor = executor
 
     def map(self, function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-        return self._executor.map(function, items)
+        try:
+            yield from self._executor.map(function, items)
+        except BrokenProcessPool:
+            raise BenchError(
+                "a worker process was killed, most likely for lack of memory; run again with --workers 1"
+            ) from None
 
 
 @contextmanager
@@ -46,7 +55,7 @@ def workers(count: int) -> Iterator[Workers]:
         return
     with _one_thread_each():
         executor = ProcessPoolExecutor(
-            count, mp_context=multiprocessing.get_context("spawn"), initializer=_limit_opencv
+            count, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker
         )
         try:
             yield _Pool(executor)
@@ -69,7 +78,9 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _limit_opencv() -> None:
+def _start_worker() -> None:
     import cv2
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted, and ends the pool
 
     cv2.setNumThreads(1)

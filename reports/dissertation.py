@@ -51,7 +51,8 @@ Computed on a reduced public copy of it (14,237 observations of 560 landmarks).
 
 DIFFERENCE = (
     "The dissertation's 0.13 m cannot be compared with a replay of this log: no online estimator can reach "
-    "it here (the posterior Cramér–Rao bound is about 0.96 m), whereas the dissertation simulated a virtual "
+    "it here (the posterior Cramér–Rao bound is about 0.96 m, computed on a "
+    "reduced copy of the log), whereas the dissertation simulated a virtual "
     "sensor of 12 m and ±75° on this map, where the real detector reports nothing beyond 4.4 m, and let "
     "ground truth update the odometry."
 )

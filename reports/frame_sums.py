@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from reports import blocks
 from reports.run import BASELINE, Run
+from reports.statistics import MIN_UNITS
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -112,13 +113,22 @@ def _shared_frames(frames: DataFrame) -> tuple[DataFrame, int]:
 
 
 def _block_length(frames: DataFrame) -> int:
-    """The longest block that any filter's change in landmarks found asks for, in any scene."""
-    hits = frames.groupby(["filter", "scene", "frame"])["detections_true"].sum()
-    names = hits.index.get_level_values("filter").unique()
-    if BASELINE not in names:
-        return 1
-    lengths = [1]
-    for name in names.drop(BASELINE):
-        change = (hits[name] - hits[BASELINE]).dropna()
-        lengths += [blocks.optimal_length(g.to_numpy(np.float64)) for _, g in change.groupby(level="scene")]
-    return max(lengths)
+    """The longest block that any reported series asks for, in any scene; at least two units' worth stay.
+
+    Series: recall's residuals, squared error and masks of each filter, and their changes by the filter.
+    """
+    columns = ["hits", "masked_share", "right_pixels", "error", "iou"]
+    table = addends(frames)
+    visible = max(float(table["landmarks_visible"].sum()), 1.0)
+    recall = float(table["detections_true"].sum()) / visible
+    table["hits"] = table["detections_true"] - recall * table["landmarks_visible"]
+    per_frame = table.groupby(["filter", "scene", "frame"])[columns].sum()
+    series = [per_frame.loc[name] for name in per_frame.index.get_level_values("filter").unique()]
+    if BASELINE in per_frame.index.get_level_values("filter"):
+        series += [own - per_frame.loc[BASELINE] for own in series]
+    lengths, counts = [1], []
+    for own in series:
+        for _, scene in own.dropna().groupby(level="scene"):
+            counts.append(len(scene))
+            lengths += [blocks.optimal_length(scene[c].to_numpy(np.float64)) for c in columns]
+    return max(1, min(max(lengths), min(counts, default=1) // (2 * MIN_UNITS) or 1))

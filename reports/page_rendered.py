@@ -104,8 +104,9 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
         f"is (Hesterberg 2015). With fewer than {MIN_UNITS} units none is given, because none could reach "
         "95 %. Each interval stands for itself: of many, about one in twenty misses by chance.",
         f"Picture and landmark scores resample {frames.unit}, {frames.blocks} in all, since a frame hardly "
-        "differs from the one before it; the block length follows from the run's own correlation (Politis & "
-        "White 2004). The same blocks serve each filter and each illumination.",
+        "differs from the one before it; the block length is the longest that any reported series asks for "
+        "(Politis & White 2004). The same blocks serve each filter and each illumination; these intervals "
+        "speak for the study's own illuminations alone.",
         f"RMSE, landmarks mapped and navigation resample {plural(seeds, 'odometry seed')} and, where lights "
         "are pooled, the illuminations too (Owen 2007), because the seeds of one illumination share its "
         "pictures. A difference is between two runs of the same illumination and seed.",

@@ -13,7 +13,7 @@ LABELS = {"dirty": "uncommitted changes", "memory_gb": "memory in GB"}
 
 def lines(run: Run) -> tuple[tuple[str, str], ...]:
     """Key and value of everything that ``provenance.json`` says."""
-    shown = [("run", run.folder.resolve().name)]
+    shown: list[tuple[str, str]] = []
     for key, value in run.provenance.items():
         if key == "seconds" and isinstance(value, Mapping):
             shown.append(("time", _seconds(value)))

@@ -62,7 +62,18 @@ def _on_filter(name: str, comparison: Comparison) -> str:
         _words(RMSE_WORDS, on_rmse, said) + _bracket(rmse, "m", 3),
     )
     overall = _overall(on_recall, on_rmse)
-    return f"the filter “{name}” {overall}: {listing(list(parts))}{_failures(name, comparison)}"
+    by_light = _by_light(name, comparison)
+    return f"the filter “{name}” {overall}: {listing(list(parts))}{by_light}{_failures(name, comparison)}"
+
+
+def _by_light(name: str, comparison: Comparison) -> str:
+    """Under how many lights detection changed one way or the other, where it changed at all."""
+    lights = comparison.frames.axes[1]
+    effects = [effect(comparison.recall_change(name, light), higher_is_better=True) for light in lights]
+    gained, lost = effects.count(HELPED), effects.count(HARMED)
+    if len(lights) < 2 or not gained + lost:
+        return ""
+    return f"; light by light, detection gained under {gained} and lost under {lost} of {len(lights)}"
 
 
 def _overall(recall: str, rmse: str) -> str:

@@ -36,13 +36,11 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
     speed_mps, frame_interval_s, laps : float
         The tour: 0.93 m/s is Table 4-1's speed.
     """
-    rng = np.random.default_rng(seed)
     way = _centre_line()
-    cabinets = _cabinets(rng)
     return Scene(
         name="corridor",
-        surfaces=(*_shell(), *_doors(rng), *cabinets),
-        landmarks=_landmarks(rng, way),
+        surfaces=(*_shell(), *_doors(_stream(seed, "doors")), *_cabinets(_stream(seed, "cabinets"))),
+        landmarks=_landmarks(_stream(seed, "landmarks"), way),
         sun=Sun(azimuth_deg=140.0, elevation_deg=35.0, lux=20_000.0),
         sky=Sky(lux=2_500.0),
         bulbs=_bulbs(way),
@@ -52,6 +50,11 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
         paint_black=(0.03, 0.03, 0.03),
         bounds=(0.0, 0.0, LENGTH_M, DEPTH_M),
     )
+
+
+def _stream(seed: int, component: str) -> np.random.Generator:
+    """A component's own random numbers: another draw of one moves nothing of the others."""
+    return np.random.default_rng([seed, *component.encode()])
 
 
 def _centre_line() -> np.ndarray:

@@ -176,6 +176,10 @@ class Scene:
     paint_black: Rgb
     bounds: tuple[float, float, float, float]
 
+    def __post_init__(self) -> None:
+        if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):
+            raise SceneError(f"scene {self.name!r}: its landmarks' ids must be 0, 1, 2 … in their order")
+
     @cached_property
     def landmark_positions(self) -> FloatArray:
         """(n, 2) float64: the discs' centres on the floor, metres."""

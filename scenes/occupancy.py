@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from scenes.errors import SceneError
 from scenes.model import FloatArray, Scene
@@ -100,6 +99,8 @@ def _sample(polygon: FloatArray, spacing: float) -> FloatArray:
 def _reachable(
     blocked: NDArray[np.bool_], origin: FloatArray, resolution: float, scene: Scene
 ) -> NDArray[np.bool_]:
+    from scipy import ndimage  # here, because listing the scenes' names must not wait for it
+
     regions, _ = ndimage.label(~blocked)
     x, y = scene.tour.poses[0, :2]
     column, row = np.floor(([x, y] - origin) / resolution).astype(int)

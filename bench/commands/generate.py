@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.commands.parameters import StudyOption, WorkersOption, command_line, workers_or_cores
+from bench.commands.parameters import StudyOption
 
 EXAMPLE = "Example: python -m bench generate --out pictures --illumination sun90000-bulb800 --frames 20"
 
@@ -25,7 +25,6 @@ def generate(
         int | None,
         typer.Option("--frames", min=1, metavar="N", help="The first N of the tour. (Default: all.)"),
     ] = None,
-    workers: WorkersOption = None,
 ) -> None:
     """Write a study's pictures and their ground truth as TUM RGB-D folders."""
     from bench import catalogue
@@ -40,8 +39,6 @@ def generate(
     catalogue.check(chosen)
     from bench.generate import generate as write_pictures
 
-    options = GenerateOptions(
-        out, tuple(illumination or ()), frames, workers=workers_or_cores(workers), command=command_line()
-    )
+    options = GenerateOptions(out, tuple(illumination or ()), frames)
     for folder in write_pictures(chosen, options, Bars()):
         typer.echo(f"pictures: {folder}")

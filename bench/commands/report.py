@@ -12,18 +12,20 @@ EXAMPLE = "Example: python -m bench report results/latest"
 
 def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="The folder of a run.")]) -> None:
     """Build the report of a stored run anew, and print its table."""
+    from reports import html
+
+    html.build(run_dir)
     show(run_dir)
 
 
 def show(run_dir: Path) -> None:
-    """Write the page, then print the table and where the page is."""
+    """Print a run's table and where its page is."""
     from rich.console import Console
 
-    from reports import html, terminal
+    from reports import terminal
 
-    page = html.build(run_dir)
     console = Console()
     if not console.is_terminal:
         console.width = 100  # a file is as wide as it is; rich assumes 80
     console.print(terminal.summary(run_dir))
-    typer.echo(f"report: {page}")
+    typer.echo(f"report: {run_dir / 'report.html'}")

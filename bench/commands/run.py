@@ -47,16 +47,20 @@ def run(
     """Run a study: render or replay, filter, map, navigate, score, report."""
     from bench import catalogue
     from bench.commands.report import show
+    from bench.errors import BenchError
     from bench.options import RunOptions
     from bench.progress import Bars
     from bench.study import load
 
     chosen = _override(load(study), engine, seed)
+    if data is not None and chosen.sequence != "dlr":
+        raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     catalogue.check(chosen)
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that
+    from reports import html
 
-    show(runner.run(chosen, options, Bars()))
+    show(runner.run(chosen, options, Bars(), report=html.build))
 
 
 def _override(

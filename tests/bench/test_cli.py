@@ -59,7 +59,7 @@ def test_help_imports_nothing_heavy():
 @pytest.mark.parametrize("kind", ["scenes", "filters", "studies"])
 def test_lists_import_neither_renderer_nor_compiler(kind):
     # OpenCV and SciPy load in a fraction of a second; these take several
-    slow = {"open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas"}
+    slow = {"open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas", "scipy"}
     assert imported(f"import bench.cli; assert bench.cli.execute(['list', '{kind}']) == 0") & slow == set()
 
 

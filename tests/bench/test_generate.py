@@ -8,13 +8,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bench.errors import BenchError
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.rendered import RenderedSequence, SequenceSetup, camera, light_colours, load_scene
 from bench.study_model import RenderedStudy
+from renderers.camera import pixel_grid
 
 NAME = "sun20000-bulb800"
 FRAMES = 3
@@ -66,6 +68,7 @@ def test_the_pictures_are_those_of_the_run(folder: Path, sequence: RenderedSeque
         depth = _read(folder / f"depth/{frame:06d}.png")
         assert depth.dtype == np.uint16
         near = (basis.depth > 0) & (basis.depth < 13)
+        assert (basis.depth > 13.2).any() and (depth[basis.depth > 13.2] == 0).all()  # no number for it
         np.testing.assert_allclose(depth[near] / 5000, basis.depth[near], atol=1.01e-4)
         assert (depth[basis.depth == 0] == 0).all()
 
@@ -95,10 +98,21 @@ def test_landmarks_and_poses_are_the_scene_s(folder: Path, sequence: RenderedSeq
     np.testing.assert_allclose(
         np.column_stack([rows["x_m"], rows["y_m"]]), sequence.scene.landmark_positions, atol=1e-6
     )
+
+
+def test_the_ground_truth_is_the_camera_s_pose(folder: Path, sequence: RenderedSequence) -> None:
+    """Depth, back-projected through the poses on disk alone, puts the floor at z = 0."""
     track = np.loadtxt(folder / "groundtruth.txt")
-    heading = 2 * np.arctan2(track[:, 6], track[:, 7])
     np.testing.assert_allclose(track[:, 1:3], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8)
-    np.testing.assert_allclose(np.cos(heading), np.cos(sequence.scene.tour.poses[:FRAMES, 2]), atol=1e-8)
+    np.testing.assert_allclose(track[:, 3], sequence.study.camera.height_m)
+    rays = camera(sequence.study).unproject(pixel_grid(camera(sequence.study)))
+    for frame in range(FRAMES):
+        rotation = Rotation.from_quat(track[frame, 4:8]).as_matrix()
+        z = _read(folder / f"depth/{frame:06d}.png") / 5000
+        on_floor = (sequence.basis(frame).surface == 0) & (z > 0) & (rays[..., 2] > 0.2)
+        points = rays[on_floor] / rays[on_floor][:, 2:] * z[on_floor][:, None]
+        height = points @ rotation[2] + track[frame, 3]
+        assert on_floor.sum() > 5000 and np.abs(height).max() < 0.01
 
 
 def test_an_existing_folder_is_refused_and_kept(folder: Path, short_study: RenderedStudy) -> None:

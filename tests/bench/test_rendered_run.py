@@ -138,3 +138,34 @@ def test_a_run_that_fails_leaves_nothing_behind(short_study: RenderedStudy, tmp_
     with pytest.raises(VslamError, match="patch"):
         runner.run(broken, RunOptions(out=tmp_path), Silent())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_report_that_fails_leaves_no_run_behind(short_study: RenderedStudy, tmp_path: Path) -> None:
+    def interrupted(folder: Path) -> None:
+        assert (folder / "runs.parquet").is_file()
+        raise KeyboardInterrupt
+
+    log_free = RenderedStudy.model_validate(
+        short_study.model_dump() | {"seeds": 1, "filters": ["none"], "scene": {"parameters": {"laps": 0.01}}}
+    )
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(log_free, RunOptions(out=tmp_path), Silent(), report=interrupted)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_under_automatic_exposure_brighter_bulbs_alone_still_mean_more_highlight(
+    short_study: RenderedStudy, cache_home: Path
+) -> None:
+    """At night the short shutter leaves dim bulbs dark, so they raise fewer pixels above τ."""
+    study = RenderedStudy.model_validate(
+        short_study.model_dump()
+        | {
+            "sensor": {"exposure": "auto", "max_exposure_s": 0.008},
+            "illuminations": {"sun_lux": [0], "bulb_lm": [100, 400, 1600]},
+        }
+    )
+    setup = SequenceSetup(study, "raycast", light_colours(load_scene(study)), 0, cache_home / "glarebench")
+    sequence = RenderedSequence(setup)
+    basis = sequence.basis(0)
+    shares = [sequence.record(basis, i, 0).highlight.mean() for i in study.illuminations.grid()]
+    assert shares[0] < shares[1] < shares[2]

@@ -103,7 +103,10 @@ def create(name: str, **parameters: Any) -> LightFilter:
         inspect.signature(entry.factory).bind(**parameters)
     except TypeError as error:
         raise FilterParameterError(f"light filter {name!r}: {error}") from None
-    return entry.factory(**parameters)
+    try:
+        return entry.factory(**parameters)
+    except (TypeError, ValueError) as error:
+        raise FilterParameterError(f"light filter {name!r}: a parameter does not fit: {error}") from None
 
 
 def names() -> tuple[str, ...]:

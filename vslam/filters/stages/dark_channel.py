@@ -51,5 +51,5 @@ def check_patch(patch: int) -> None:
     VslamError
         When ``patch`` is not a positive odd number.
     """
-    if patch < 1 or patch % 2 == 0:
+    if not isinstance(patch, int) or isinstance(patch, bool) or patch < 1 or patch % 2 == 0:
         raise VslamError(f"dark channel: patch {patch} has no centre pixel; give a positive odd number")
