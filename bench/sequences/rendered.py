@@ -16,6 +16,7 @@ from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
 from renderers.illuminant import linear_srgb
 from renderers.sensor import Sensor
+from renderers.sensor_presets import PRESETS
 from renderers.truth import Recording, record
 from scenes import library
 from scenes.model import Scene
@@ -165,18 +166,15 @@ def calibration(study: RenderedStudy) -> Calibration:
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
+    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
     return Sensor(
-        pixel_pitch_um=choice.pixel_pitch_um,
-        f_number=choice.f_number,
-        lens_transmission=choice.lens_transmission,
-        quantum_efficiency=choice.quantum_efficiency,
-        full_well_e=choice.full_well_e,
-        read_noise_e=choice.read_noise_e,
-        bit_depth=choice.bit_depth,
+        **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        metering=choice.metering,
         metering_target=choice.target,
+        serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),
     )
 
 
