@@ -34,6 +34,15 @@ class SceneChoice(Part):
     parameters: dict[str, Any] = {}
 
 
+class OpticsChoice(Part):
+    """What the lens does to light (`renderers.optics`); nothing by default."""
+
+    vignetting: Literal["none", "natural"] = "none"
+    blur_px: float = Field(0.0, ge=0, le=50)
+    glare: float = Field(0.0, ge=0, lt=1)
+    glare_radius_px: Positive = 4.0
+
+
 class CameraChoice(Part):
     """The robot's camera. 320 × 240 is Table 4-1; 150° across is its ±75°."""
 
@@ -44,6 +53,7 @@ class CameraChoice(Part):
     height_m: Positive = 1.2
     pitch_deg: float = Field(25.0, ge=-90, le=90)
     supersampling: int = Field(1, ge=1, le=8)
+    optics: OpticsChoice = OpticsChoice()
 
     @model_validator(mode="after")
     def _pinhole_sees_less_than_half(self) -> CameraChoice:

@@ -15,6 +15,7 @@ from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
 from renderers.illuminant import linear_srgb
+from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
 from renderers.sensor_presets import PRESETS
 from renderers.truth import Recording, record
@@ -61,7 +62,7 @@ class RenderedSequence:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
-        self.sensor = sensor(setup.study)
+        self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
 
     def __len__(self) -> int:
         return len(self.scene.tour.stamps)
@@ -80,8 +81,9 @@ class RenderedSequence:
         )
 
     def basis(self, frame: int) -> LightBasis:
-        """The light basis at a frame's true pose."""
-        return self.renderer.render(self.scene.tour.poses[frame])
+        """The light basis at a frame's true pose, behind the camera's lens."""
+        basis = self.renderer.render(self.scene.tour.poses[frame])
+        return basis_through_lens(self._optics, camera(self.study), basis)
 
     def relight(self, basis: LightBasis, illumination: Illumination) -> tuple[NDArray, NDArray]:
         """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m²."""
