@@ -11,10 +11,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from renderers.sensor_presets import PRESETS
+
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name of a folder
 Share = Annotated[float, Field(gt=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Celsius = Annotated[float, Field(ge=-50, le=150)]
 
 
 class Part(BaseModel):
@@ -31,6 +34,15 @@ class SceneChoice(Part):
     parameters: dict[str, Any] = {}
 
 
+class OpticsChoice(Part):
+    """What the lens does to light (`renderers.optics`); nothing by default."""
+
+    vignetting: Literal["none", "natural"] = "none"
+    blur_px: float = Field(0.0, ge=0, le=50)
+    glare: float = Field(0.0, ge=0, lt=1)
+    glare_radius_px: Positive = 4.0
+
+
 class CameraChoice(Part):
     """The robot's camera. 320 × 240 is Table 4-1; 150° across is its ±75°."""
 
@@ -41,6 +53,7 @@ class CameraChoice(Part):
     height_m: Positive = 1.2
     pitch_deg: float = Field(25.0, ge=-90, le=90)
     supersampling: int = Field(1, ge=1, le=8)
+    optics: OpticsChoice = OpticsChoice()
 
     @model_validator(mode="after")
     def _pinhole_sees_less_than_half(self) -> CameraChoice:
@@ -50,26 +63,44 @@ class CameraChoice(Part):
 
 
 class SensorChoice(Part):
-    """A sensor as EMVA 1288 describes it, and how it is exposed. The values are those of a common machine
-    vision CMOS camera with large pixels; none is fitted to a result.
+    """A sensor as EMVA 1288 describes it, and how it is exposed.
 
-    ``quantum_efficiency`` is for the R, G and B channel; ``target`` is the mean level, as a share of full
-    scale, that automatic exposure aims at (18 % grey); ``highlight_threshold`` is τ of the ground truth, in
-    grey levels of 255.
+    ``preset`` names a camera of `renderers.sensor_presets`, whose numbers stand for the keys left out;
+    none is fitted to a result. ``quantum_efficiency`` is for the R, G and B channel; ``prnu`` a share of the
+    signal; ``target`` the mean level, as a share of full scale, that automatic exposure aims at (18 % grey);
+    ``highlight_threshold`` τ of the ground truth, in grey levels of 255.
     """
 
-    bit_depth: int = Field(10, ge=8, le=16)
-    full_well_e: Positive = 20000.0
-    read_noise_e: NotNegative = 8.0
-    quantum_efficiency: tuple[Share, Share, Share] = (0.35, 0.45, 0.35)
-    pixel_pitch_um: Positive = 6.0
-    f_number: Positive = 2.0
-    lens_transmission: Share = 0.9
+    preset: Literal["standard", "machine-vision", "webcam", "old-robot"] = "standard"
+    bit_depth: int = Field(ge=8, le=16)
+    black_level_dn: int = Field(ge=0)
+    full_well_e: Positive
+    read_noise_e: NotNegative
+    quantum_efficiency: tuple[Share, Share, Share]
+    pixel_pitch_um: Positive
+    f_number: Positive
+    lens_transmission: Share
+    dark_current_e_per_s: NotNegative
+    reference_temperature_c: Celsius
+    doubling_temperature_k: Positive
+    temperature_c: Celsius
+    dsnu_e: NotNegative
+    prnu: float = Field(ge=0, le=0.3)
     min_exposure_s: Positive = 1e-5
     max_exposure_s: Positive = 0.033
     exposure: Literal["auto"] | Positive = "auto"
+    metering: Literal["average", "centre-weighted", "highlight-priority"] = "average"
     target: Annotated[float, Field(gt=0, lt=1)] = 0.18
     highlight_threshold: int = Field(16, ge=1, le=255)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_preset(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        name = value.get("preset", "standard")
+        known = isinstance(name, str) and name in PRESETS
+        return {**PRESETS[name if known else "standard"], **value}
 
     @model_validator(mode="after")
     def _exposure_range(self) -> SensorChoice:
@@ -77,6 +108,8 @@ class SensorChoice(Part):
             raise ValueError(
                 f"min_exposure_s {self.min_exposure_s:g} exceeds max_exposure_s {self.max_exposure_s:g}"
             )
+        if self.black_level_dn >= 2**self.bit_depth // 2:
+            raise ValueError(f"black_level_dn {self.black_level_dn}: must be below {2**self.bit_depth // 2}")
         return self
 
 
@@ -201,7 +234,7 @@ class RenderedStudy(Part):
     scene: SceneChoice = SceneChoice()
     camera: CameraChoice = CameraChoice()
     engine: Literal["auto", "rasterise", "raycast"] = "auto"
-    sensor: SensorChoice = SensorChoice()
+    sensor: SensorChoice = SensorChoice.model_validate({})
     illuminations: IlluminationGrid = IlluminationGrid()
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()

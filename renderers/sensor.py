@@ -1,35 +1,41 @@
-"""From luminance to a recorded picture: optics, photons, electrons, digital numbers, sRGB.
+"""A camera's sensor as its data sheet describes it: photons, electrons, digital numbers.
 
-The sensor is the linear model of EMVA 1288 release 4.0: photons → quantum efficiency → Poisson → read noise
-→ full well → gain and black level → quantisation. So per pixel, with K = DN per electron,
+The linear model of EMVA 1288 release 4.0, in its order: photons → quantum efficiency → PRNU on the mean →
+Poisson, with the dark current's electrons → read noise, DSNU → full well → gain and black level → rounding.
+So per pixel, with K = DN per electron, and temporal noise alone,
 
-    mean      μ_y  = K μ_e + μ_black
-    variance  σ_y² = K² (μ_e + σ_read²) + σ_q²,   σ_q² = 1/12 DN²
+    mean      μ_y  = K (μ_e + μ_dark) + μ_black
+    variance  σ_y² = K² (μ_e + μ_dark + σ_read²) + σ_q²,   σ_q² = 1/12 DN²
 
-The ground truth goes the same way without noise.
+The ground truth is that of the ideal sensor of the same sheet: no noise, no dark current, no fixed patterns.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderers.errors import RendererError
 from renderers.gbuffer import F32
-from renderers.shot_noise import count_electrons
+from renderers.sensor_presets import PRESETS
+from renderers.shot_noise import NONE, convert, read_out
 
 PHOTONS_PER_LUX = 1.09e16
 """Photons per m², s and lux of D65 between 400 and 700 nm (CIE D65 × V(λ), 683 lm/W)."""
 
 MIDDLE_GREY = 0.18
 
+METERINGS = ("average", "centre-weighted", "highlight-priority")
+
 
 @dataclass(frozen=True)
 class Sensor:
-    """A camera's optics and sensor by their data sheet.
+    """A camera's sensor and the numbers of its lens, by their data sheet.
 
     Attributes
     ----------
@@ -47,8 +53,16 @@ class Sensor:
         Limits of the shutter.
     exposure_s : float, optional
         A fixed exposure time; automatic exposure without one.
+    metering : str
+        One of `METERINGS` (`renderers.metering`).
     metering_target : float
         Mean of the picture, as a share of full well, that automatic exposure aims for.
+    dark_current_e_per_s : float
+        At ``reference_temperature_c``; doubles every ``doubling_temperature_k`` up to ``temperature_c``.
+    dsnu_e, prnu : float
+        Standard deviations of the fixed patterns: electrons, and a share of the signal.
+    serial_number : int
+        Seed of the fixed patterns: two cameras of one type differ by it.
     """
 
     pixel_pitch_um: float = 6.0
@@ -62,34 +76,47 @@ class Sensor:
     min_exposure_s: float = 1e-5
     max_exposure_s: float = 0.008
     exposure_s: float | None = None
+    metering: str = "average"
     metering_target: float = MIDDLE_GREY
+    dark_current_e_per_s: float = 0.0
+    reference_temperature_c: float = 25.0
+    doubling_temperature_k: float = 8.0
+    temperature_c: float = 25.0
+    dsnu_e: float = 0.0
+    prnu: float = 0.0
+    serial_number: int = 0
 
     def __post_init__(self) -> None:
-        positive = {
-            "pixel_pitch_um": self.pixel_pitch_um,
-            "f_number": self.f_number,
-            "full_well_e": self.full_well_e,
-            "min_exposure_s": self.min_exposure_s,
-            "max_exposure_s": self.max_exposure_s,
-            "metering_target": self.metering_target,
-            "exposure_s": self.min_exposure_s if self.exposure_s is None else self.exposure_s,
-        }
-        for name, value in positive.items():
-            if not (np.isfinite(value) and value > 0):
+        for name in _POSITIVE:
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0):
                 raise RendererError(f"sensor: {name} must be positive, not {value}")
+        for name in ("read_noise_e", "dark_current_e_per_s", "dsnu_e", "prnu", "serial_number"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise RendererError(f"sensor: {name} must be ≥ 0, not {value}")
         if not all(0 < q <= 1 for q in (*self.quantum_efficiency, self.lens_transmission)):
             raise RendererError("sensor: quantum efficiencies and lens transmission must lie in 0…1")
         if not 8 <= self.bit_depth <= 16 or not 0 <= self.black_level_dn < 2**self.bit_depth // 2:
             raise RendererError("sensor: bit_depth must be 8…16 and black_level_dn below half of its range")
-        if not (np.isfinite(self.read_noise_e) and self.read_noise_e >= 0):
-            raise RendererError(f"sensor: read_noise_e must be ≥ 0, not {self.read_noise_e}")
         if self.max_exposure_s < self.min_exposure_s:
             raise RendererError("sensor: max_exposure_s must not be below min_exposure_s")
+        if self.prnu > 0.3:
+            raise RendererError(f"sensor: prnu {self.prnu:g} is a share of the signal, at most 0.3")
+        if not all(-50 <= t <= 150 for t in (self.temperature_c, self.reference_temperature_c)):
+            raise RendererError("sensor: temperatures must lie in −50…150 °C")
+        if self.metering not in METERINGS:
+            raise RendererError(f"sensor: unknown metering {self.metering!r}; use {', '.join(METERINGS)}")
 
     @property
     def gain_dn_per_e(self) -> float:
         """K: full well fills the ADC above its black level."""
-        return (2**self.bit_depth - 1 - self.black_level_dn) / self.full_well_e
+        return (self.largest_dn - self.black_level_dn) / self.full_well_e
+
+    @property
+    def largest_dn(self) -> int:
+        """The ADC's largest number."""
+        return int(2**self.bit_depth - 1)
 
     @property
     def electrons_per_luminance(self) -> NDArray[np.float64]:
@@ -98,92 +125,101 @@ class Sensor:
         area = (self.pixel_pitch_um * 1e-6) ** 2
         return illuminance * area * PHOTONS_PER_LUX * np.array(self.quantum_efficiency)
 
+    def dark_electrons(self, seconds: float) -> float:
+        """Expected thermal electrons of an exposure at the sensor's temperature (EMVA 1288, dark current)."""
+        doublings = (self.temperature_c - self.reference_temperature_c) / self.doubling_temperature_k
+        return float(self.dark_current_e_per_s * 2.0**doublings * seconds)
 
-@dataclass(frozen=True, eq=False)
-class Exposure:
-    """The settings that one picture is taken with.
 
-    Attributes
-    ----------
-    seconds : float
-    white_balance : (3,) float64
-        Factor on each channel, the smallest 1, so that a clipped pixel stays white.
+_POSITIVE = (
+    "pixel_pitch_um",
+    "f_number",
+    "full_well_e",
+    "min_exposure_s",
+    "max_exposure_s",
+    "metering_target",
+    "exposure_s",
+    "doubling_temperature_k",
+)
+
+
+def preset(name: str, **overrides: Any) -> Sensor:
+    """A sensor by name (`renderers.sensor_presets`), with other values where given.
+
+    Raises
+    ------
+    RendererError
+        For an unknown name or parameter, or values that are impossible together.
     """
+    known = {f.name for f in fields(Sensor)}
+    for given, names in ((name, set(PRESETS)), *((key, known) for key in overrides)):
+        if given not in names:
+            near = get_close_matches(given, names, n=2) or sorted(names)
+            raise RendererError(f"sensor: unknown name {given!r}; did you mean {' or '.join(near)}?")
+    return Sensor(**{**PRESETS[name], **overrides})
 
-    seconds: float
-    white_balance: NDArray[np.float64]
 
-
-def meter(sensor: Sensor, luminance: F32, white: NDArray[np.float64]) -> Exposure:
-    """Choose exposure time and white balance for a scene's luminance.
-
-    Averaging metering: the exposure at which the mean over pixels and channels, each clipped at full well,
-    is the target. The white balance makes light of the colour ``white`` grey.
+def mean_electrons(sensor: Sensor, luminance: F32, seconds: float) -> F32:
+    """Expected photo-electrons of each pixel and channel, before the full well clips them.
 
     Parameters
     ----------
-    luminance : (H, W, 3) float32, cd/m² per channel
-    white : (3,) float64
-        Linear sRGB of the light to be rendered white.
+    luminance : (H, W, 3) float32, cd/m²
+    seconds : float
+        Exposure time.
     """
-    response = sensor.electrons_per_luminance / sensor.full_well_e
-    balance = 1.0 / (response * np.maximum(white, 1e-6))
-    balance /= balance.min()
-    if sensor.exposure_s is not None:
-        return Exposure(sensor.exposure_s, balance)
-    fill_rate = (luminance[::4, ::4] * response.astype(np.float32)).astype(np.float64)
-    low, high = np.log([sensor.min_exposure_s, sensor.max_exposure_s])
-    for _ in range(24):  # the clipped mean grows with time: bisect its logarithm
-        middle = (low + high) / 2
-        if np.minimum(fill_rate * np.exp(middle), 1.0).mean() < sensor.metering_target:
-            low = middle
-        else:
-            high = middle
-    return Exposure(float(np.exp((low + high) / 2)), balance)
+    return luminance * (sensor.electrons_per_luminance * seconds).astype(np.float32)
 
 
-def mean_electrons(sensor: Sensor, luminance: F32, exposure: Exposure) -> F32:
-    """Expected electrons in each pixel and channel, before the full well clips them."""
-    return luminance * (sensor.electrons_per_luminance * exposure.seconds).astype(np.float32)
+def expose(
+    sensor: Sensor, electrons: F32, rng: np.random.Generator, seconds: float = 0.0
+) -> NDArray[np.uint16]:
+    """Record expected photo-electrons as the real sensor does: raw digital numbers with all noise.
 
-
-def expose(sensor: Sensor, electrons: F32, rng: np.random.Generator) -> NDArray[np.uint16]:
-    """Record expected electrons with shot and read noise as raw digital numbers.
-
-    Far above full well the count is clipped whatever its noise, so the expectation is bounded at twice the
-    full well before it is drawn.
+    Parameters
+    ----------
+    electrons : float32, (H, W, 3) or (H, W)
+        Expected photo-electrons, ≥ 0.
+    seconds : float
+        Exposure time, for the dark current.
     """
-    bounded = np.minimum(electrons, np.float32(2 * sensor.full_well_e))
-    return digitise(sensor, count_electrons(bounded, sensor.read_noise_e, rng))
+    response, offset = fixed_patterns(sensor, electrons.shape)
+    return read_out(
+        electrons,
+        response,
+        offset,
+        sensor.dark_electrons(seconds),
+        sensor.read_noise_e,
+        sensor.full_well_e,
+        sensor.gain_dn_per_e,
+        sensor.black_level_dn,
+        sensor.largest_dn,
+        rng,
+    )
 
 
 def digitise(sensor: Sensor, electrons: F32) -> NDArray[np.uint16]:
-    """Clip at full well, apply gain and black level, round, clip to the ADC's range."""
-    dn = np.minimum(electrons, np.float32(sensor.full_well_e)) * np.float32(sensor.gain_dn_per_e)
-    dn += np.float32(sensor.black_level_dn + 0.5)  # truncation below then rounds to nearest
-    np.clip(dn, 0, 2**sensor.bit_depth - 1, out=dn)
-    return dn.astype(np.uint16)
+    """What the ideal sensor records: clipped at full well, amplified, rounded, clipped to the ADC's range."""
+    return convert(
+        electrons, sensor.full_well_e, sensor.gain_dn_per_e, sensor.black_level_dn, sensor.largest_dn
+    )
 
 
-def develop(sensor: Sensor, raw: NDArray[np.uint16], exposure: Exposure) -> NDArray[np.uint8]:
-    """Raw numbers to an sRGB picture: black level, white balance, clip, IEC 61966-2-1 encoding."""
-    numbers = np.arange(2**sensor.bit_depth, dtype=np.float64)
-    linear = (numbers - sensor.black_level_dn) / (2**sensor.bit_depth - 1 - sensor.black_level_dn)
-    balanced = np.clip(np.outer(linear, exposure.white_balance), 0.0, 1.0)
-    picture = np.empty(raw.shape, dtype=np.uint8)
-    _look_up(_encode(balanced), raw.reshape(-1, 3), picture.reshape(-1, 3))
-    return picture
+def fixed_patterns(sensor: Sensor, shape: tuple[int, ...]) -> tuple[F32, F32]:
+    """PRNU as a factor per photosite and DSNU as electrons; both empty for a sensor without either.
+
+    White noise over the photosites, as EMVA 1288 defines the two by their standard deviation alone.
+    """
+    if sensor.prnu == 0 and sensor.dsnu_e == 0:
+        return NONE, NONE
+    return _draw_patterns(sensor.prnu, sensor.dsnu_e, sensor.serial_number, shape)
 
 
-@njit(cache=True)
-def _look_up(table: NDArray[np.uint8], raw: NDArray[np.uint16], out: NDArray[np.uint8]) -> None:
-    """Each channel's number by its own column of the table: four times as fast as NumPy's indexing."""
-    for i in range(len(raw)):
-        for c in range(3):
-            out[i, c] = table[raw[i, c], c]
-
-
-def _encode(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Linear 0…1 to 8-bit sRGB (IEC 61966-2-1)."""
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
+@lru_cache(maxsize=4)
+def _draw_patterns(prnu: float, dsnu: float, serial: int, shape: tuple[int, ...]) -> tuple[F32, F32]:
+    rng = np.random.default_rng(np.random.SeedSequence([serial, *shape]))
+    response = np.maximum(1 + prnu * rng.standard_normal(shape), 0).astype(np.float32)
+    offset = (dsnu * rng.standard_normal(shape)).astype(np.float32)
+    response.setflags(write=False)
+    offset.setflags(write=False)
+    return response, offset

@@ -15,7 +15,9 @@ from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
 from renderers.illuminant import linear_srgb
+from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
+from renderers.sensor_presets import PRESETS
 from renderers.truth import Recording, record
 from scenes import library
 from scenes.model import Scene
@@ -60,7 +62,7 @@ class RenderedSequence:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
-        self.sensor = sensor(setup.study)
+        self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
 
     def __len__(self) -> int:
         return len(self.scene.tour.stamps)
@@ -79,8 +81,9 @@ class RenderedSequence:
         )
 
     def basis(self, frame: int) -> LightBasis:
-        """The light basis at a frame's true pose."""
-        return self.renderer.render(self.scene.tour.poses[frame])
+        """The light basis at a frame's true pose, behind the camera's lens."""
+        basis = self.renderer.render(self.scene.tour.poses[frame])
+        return basis_through_lens(self._optics, camera(self.study), basis)
 
     def relight(self, basis: LightBasis, illumination: Illumination) -> tuple[NDArray, NDArray]:
         """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m²."""
@@ -165,18 +168,15 @@ def calibration(study: RenderedStudy) -> Calibration:
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
+    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
     return Sensor(
-        pixel_pitch_um=choice.pixel_pitch_um,
-        f_number=choice.f_number,
-        lens_transmission=choice.lens_transmission,
-        quantum_efficiency=choice.quantum_efficiency,
-        full_well_e=choice.full_well_e,
-        read_noise_e=choice.read_noise_e,
-        bit_depth=choice.bit_depth,
+        **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        metering=choice.metering,
         metering_target=choice.target,
+        serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),
     )
 
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from renderers.develop import develop
 from renderers.errors import RendererError
-from renderers.sensor import Exposure, Sensor, develop, digitise, expose, mean_electrons, meter
+from renderers.metering import Exposure, bracket, meter
+from renderers.sensor import Sensor, digitise, expose, mean_electrons, preset
+from renderers.sensor_presets import PRESETS
+from renderers.shot_noise import _bend, count_electrons
 
 WHITE = np.ones(3)
 FINE = Sensor(bit_depth=16, black_level_dn=1000, full_well_e=60_000.0, read_noise_e=6.0)
@@ -23,7 +29,7 @@ def test_worked_example_of_sunlight_on_grey():
     """97 klx on ρ = 0.5 at f/8, 1/250 s, 3.45 µm, quantum efficiency 0.5: about 49 ke⁻."""
     sensor = Sensor(pixel_pitch_um=3.45, f_number=8.0, lens_transmission=1.0, quantum_efficiency=(0.5,) * 3)
     luminance = flat(0.5 * 97_000 / np.pi, (1, 1))
-    electrons = mean_electrons(sensor, luminance, Exposure(1 / 250, WHITE))
+    electrons = mean_electrons(sensor, luminance, 1 / 250)
     np.testing.assert_allclose(electrons, 49_000, rtol=0.01)
 
 
@@ -50,7 +56,7 @@ def test_electrons_follow_aperture_time_and_pixel_area(f_number, seconds, pitch,
     sensor = Sensor(pixel_pitch_um=pitch, f_number=f_number, lens_transmission=transmission)
     lux = np.pi * transmission * luminance / (4 * f_number**2)
     expected = lux * seconds * (pitch * 1e-6) ** 2 * 1.09e16 * np.array(sensor.quantum_efficiency)
-    electrons = mean_electrons(sensor, flat(luminance, (1, 1)), Exposure(seconds, WHITE))
+    electrons = mean_electrons(sensor, flat(luminance, (1, 1)), seconds)
     np.testing.assert_allclose(electrons[0, 0], expected, rtol=1e-5)
 
 
@@ -112,6 +118,36 @@ def test_shot_noise_is_poisson(electrons):
     assert chi_square_p(observed, expected) > 1e-3
 
 
+@pytest.mark.parametrize("read_noise", [1.0, 2.0, 4.0, 8.0])
+@pytest.mark.parametrize("electrons", [0.5, 8.0, 49.0, 51.0, 120.0, 5_000.0])
+def test_counts_with_read_noise_have_the_exact_distribution(electrons, read_noise):
+    """Kolmogorov–Smirnov against the convolution, on both sides of where the cumulants take over."""
+    drawn = count_electrons(np.full(150_000, electrons, np.float32), read_noise, np.random.default_rng(2))
+    counts = np.arange(stats.poisson.ppf(1e-12, electrons), stats.poisson.isf(1e-12, electrons) + 1)
+    grid = np.linspace(drawn.min() - 1, drawn.max() + 1, 4_000)
+    below = stats.norm.cdf((grid[:, None] - counts) / read_noise) @ stats.poisson.pmf(counts, electrons)
+    assert stats.kstest(drawn.astype(float), lambda x: np.interp(x, grid, below)).pvalue > 1e-3
+
+
+def test_bent_normal_numbers_are_off_by_less_than_stated():
+    """The distribution function of the cumulants' series itself, without random numbers, below 1e-6."""
+    z = np.linspace(-5, 5, 401)
+    for read_noise, electrons in [
+        (1.0, 50.0),
+        (1.0, 90.0),
+        (4.0, 1.0),
+        (4.0, 10.0),
+        (4.0, 40.0),
+        (8.0, 300.0),
+    ]:
+        out = np.empty(len(z), np.float32)
+        _bend(np.full(len(z), electrons, np.float32), z.astype(np.float32), read_noise, out)
+        counts = np.arange(0, stats.poisson.isf(1e-14, electrons) + 1)
+        weight = stats.poisson.pmf(counts, electrons)
+        below = stats.norm.cdf((out.astype(float)[:, None] - counts) / read_noise) @ weight
+        assert np.abs(below - stats.norm.cdf(z.astype(np.float32))).max() < 1.2e-6
+
+
 def test_read_noise_is_normal():
     sensor = Sensor(bit_depth=16, black_level_dn=30_000, full_well_e=35_535.0, read_noise_e=200.0)
     raw = expose(sensor, flat(0.0, (120, 120)), np.random.default_rng(3)).astype(np.float64).ravel()
@@ -140,6 +176,70 @@ def test_generator_moves_on():
     assert (expose(FINE, flat(500.0), rng) != expose(FINE, flat(500.0), rng)).mean() > 0.9
 
 
+class TestFixedPatterns:
+    SENSOR = Sensor(bit_depth=16, black_level_dn=2000, full_well_e=60_000.0, prnu=0.02, dsnu_e=40.0)
+
+    def test_stay_from_picture_to_picture_and_differ_between_cameras(self):
+        """The mean of many pictures of one camera converges to the pattern; two cameras share nothing."""
+        rng = np.random.default_rng(1)
+        one, same, other = (
+            np.mean([expose(sensor, flat(20_000.0), rng) for _ in range(20)], axis=0).ravel()
+            for sensor in (self.SENSOR, self.SENSOR, replace(self.SENSOR, serial_number=9))
+        )
+        assert np.corrcoef(one, same)[0, 1] > 0.98
+        assert abs(np.corrcoef(one, other)[0, 1]) < 4.5 / np.sqrt(one.size)
+
+    def test_prnu_grows_with_the_signal_and_dsnu_does_not(self):
+        """Spatial standard deviation √(DSNU² + (PRNU μ_e)²) of an average over 60 pictures."""
+        rng, K = np.random.default_rng(2), self.SENSOR.gain_dn_per_e
+        for electrons in (0.0, 5_000.0, 40_000.0):
+            shots = np.stack([expose(self.SENSOR, flat(electrons), rng) for _ in range(60)]).astype(float)
+            spatial = shots.mean(axis=0).var() - shots.var(axis=0, ddof=1).mean() / 60
+            expected = np.hypot(self.SENSOR.dsnu_e, self.SENSOR.prnu * electrons)
+            assert np.sqrt(spatial) / K == pytest.approx(expected, rel=0.04)
+
+
+def test_dark_current_doubles_with_temperature():
+    sensor = Sensor(dark_current_e_per_s=300.0, doubling_temperature_k=7.0, reference_temperature_c=20.0)
+    assert replace(sensor, temperature_c=20.0).dark_electrons(0.5) == pytest.approx(150.0)
+    assert replace(sensor, temperature_c=34.0).dark_electrons(0.5) == pytest.approx(600.0)
+    assert replace(sensor, temperature_c=13.0).dark_electrons(0.5) == pytest.approx(75.0)
+
+
+def test_dark_current_adds_its_mean_and_its_shot_noise():
+    sensor = replace(FINE, dark_current_e_per_s=2_000.0)
+    raw = expose(sensor, flat(500.0, (300, 300)), np.random.default_rng(5), seconds=2.0).astype(float)
+    K, electrons = sensor.gain_dn_per_e, 4_500.0
+    assert raw.mean() == pytest.approx(K * electrons + sensor.black_level_dn, rel=1e-3)
+    assert raw.var() == pytest.approx(K**2 * (electrons + sensor.read_noise_e**2) + 1 / 12, rel=0.02)
+
+
+def test_camera_takes_its_mean_dark_current_for_black():
+    sensor = replace(FINE, dark_current_e_per_s=1_000.0)
+    raw = digitise(sensor, flat(1_000.0))
+    assert not develop(sensor, raw, Exposure(1.0, WHITE), dark_electrons=1_000.0).any()
+    full = np.full((1, 1, 3), sensor.largest_dn, np.uint16)
+    assert (develop(sensor, full, Exposure(1.0, WHITE), dark_electrons=1_000.0) == 255).all()
+
+
+class TestPresets:
+    @pytest.mark.parametrize("name", list(PRESETS))
+    def test_each_is_a_possible_sensor(self, name):
+        sensor = preset(name)
+        assert all(getattr(sensor, key) == value for key, value in PRESETS[name].items())
+
+    def test_standard_is_the_default(self):
+        assert preset("standard") == Sensor()
+
+    def test_overrides(self):
+        assert preset("webcam", read_noise_e=3.0).read_noise_e == 3.0
+
+    @pytest.mark.parametrize("name, options", [("webcm", {}), ("webcam", {"readnoise_e": 2.0})])
+    def test_unknown_names_suggest_near_ones(self, name, options):
+        with pytest.raises(RendererError, match=r"did you mean (webcam|read_noise_e)"):
+            preset(name, **options)
+
+
 def test_full_well_and_adc_clip():
     sensor = Sensor()
     for electrons in (sensor.full_well_e, 3 * sensor.full_well_e, 1e12, np.inf):
@@ -162,7 +262,7 @@ class TestMeter:
         ramp = np.linspace(10.0, 300.0, 64, dtype=np.float32)
         luminance = np.broadcast_to(ramp[:, None, None], (64, 64, 3))
         exposure = meter(sensor, luminance, WHITE)
-        fill = mean_electrons(sensor, luminance, exposure) / sensor.full_well_e
+        fill = mean_electrons(sensor, luminance, exposure.seconds) / sensor.full_well_e
         assert np.minimum(fill, 1).mean() == pytest.approx(0.18, rel=0.05)
 
     def test_bright_and_dark_scenes_meet_the_shutters_limits(self):
@@ -182,6 +282,50 @@ class TestMeter:
         one, other = meter(Sensor(), flat(200.0, (40, 40)), WHITE), meter(Sensor(), luminance, WHITE)
         assert 0.9 < other.seconds / one.seconds < 1.0
 
+    def test_average_of_a_clipping_scene_by_bisection(self):
+        """Newton's answer against the definition: the clipped mean at its exposure is the target."""
+        sensor = Sensor(min_exposure_s=1e-9, max_exposure_s=10.0)
+        luminance = np.random.default_rng(0).lognormal(4.0, 3.0, (80, 80, 3)).astype(np.float32)
+        fill = mean_electrons(sensor, luminance, meter(sensor, luminance, WHITE).seconds)[::4, ::4]
+        assert (fill > sensor.full_well_e).mean() > 0.05
+        assert np.minimum(fill / sensor.full_well_e, 1).mean() == pytest.approx(0.18, rel=1e-5)
+
+    def test_centre_weighted_cares_more_for_the_middle(self):
+        """75 % of the weight on the disc: its luminance alone, four times as high, sets the time."""
+        luminance = flat(100.0, (240, 320))
+        v, u = np.mgrid[0:240, 0:320]
+        disc = np.hypot(u - 159.5, v - 119.5) < 60
+        luminance[disc] = 400.0
+        average, centred = (
+            meter(Sensor(metering=m), luminance, WHITE).seconds for m in ("average", "centre-weighted")
+        )
+        mean = 100.0 + 300.0 * disc.mean()
+        assert average / centred == pytest.approx((0.75 * 400 + 0.25 * 100) / mean, rel=0.02)
+
+    @pytest.mark.parametrize("bright", [0.002, 0.05, 0.5])
+    def test_highlight_priority_lets_one_percent_clip(self, bright):
+        sensor = Sensor(metering="highlight-priority", min_exposure_s=1e-9, max_exposure_s=10.0)
+        luminance = np.random.default_rng(3).uniform(1.0, 50.0, (240, 320, 3)).astype(np.float32)
+        luminance[np.random.default_rng(4).random((240, 320)) < bright] *= 1000.0
+        electrons = mean_electrons(sensor, luminance, meter(sensor, luminance, WHITE).seconds)
+        clipped = (electrons > sensor.full_well_e * 1.00001).any(axis=-1).mean()
+        assert clipped == pytest.approx(0.01, abs=0.005)
+
+    @pytest.mark.parametrize("metering", ["average", "centre-weighted", "highlight-priority"])
+    def test_dark_room_takes_the_longest_time(self, metering):
+        sensor = Sensor(metering=metering)
+        assert meter(sensor, flat(0.0), WHITE).seconds == sensor.max_exposure_s
+
+    def test_bracket_is_in_stops_of_two(self):
+        sensor = Sensor()
+        metered = meter(sensor, flat(500.0), WHITE)
+        times = [e.seconds / metered.seconds for e in bracket(sensor, flat(500.0), WHITE, (-2, 0, 1, 20))]
+        np.testing.assert_allclose(times, [0.25, 1.0, 2.0, sensor.max_exposure_s / metered.seconds])
+
+    def test_bracket_by_no_number(self):
+        with pytest.raises(RendererError, match="stops"):
+            bracket(Sensor(), flat(500.0), WHITE, (0.0, float("nan")))
+
     def test_fixed_exposure_is_kept(self):
         assert meter(Sensor(exposure_s=0.003), flat(1e6), WHITE).seconds == 0.003
 
@@ -192,7 +336,7 @@ class TestMeter:
         luminance = (flat(100.0) * white).astype(np.float32)
         exposure = meter(sensor, luminance, white)
         picture = develop(
-            sensor, digitise(sensor, mean_electrons(sensor, luminance, exposure)), exposure
+            sensor, digitise(sensor, mean_electrons(sensor, luminance, exposure.seconds)), exposure
         ).astype(int)
         assert np.ptp(picture[0, 0]) <= 1
         assert (
@@ -248,6 +392,13 @@ class TestDevelop:
         {"exposure_s": float("nan")},
         {"read_noise_e": float("nan")},
         {"max_exposure_s": float("inf")},
+        {"metering": "spot"},
+        {"prnu": 2.0},
+        {"dsnu_e": -1.0},
+        {"dark_current_e_per_s": float("nan")},
+        {"doubling_temperature_k": 0.0},
+        {"temperature_c": 400.0},
+        {"serial_number": -1},
     ],
     ids=str,
 )

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from renderers.sensor import Sensor, digitise, mean_electrons
+from renderers.develop import develop
+from renderers.metering import bracket
+from renderers.sensor import Sensor, digitise, mean_electrons, preset
 from renderers.truth import record
 
 WHITE = np.array([1.1, 1.0, 0.8])
@@ -40,7 +44,7 @@ def test_higher_threshold_is_a_smaller_mask(signal):
 def test_saturated_is_where_the_signal_clips(signal):
     shot = take(signal)
     sensor = Sensor()
-    electrons = mean_electrons(sensor, signal[0] + signal[1], shot.exposure)
+    electrons = mean_electrons(sensor, signal[0] + signal[1], shot.exposure.seconds)
     np.testing.assert_array_equal(shot.saturated, (electrons >= sensor.full_well_e).any(axis=-1))
     assert 0 < shot.saturated.sum() < shot.highlight.sum()
     assert (digitise(sensor, electrons)[shot.saturated].max(axis=-1) == 1023).all()
@@ -70,6 +74,27 @@ def test_truth_does_not_depend_on_the_noise(signal):
     assert (one.image != other.image).mean() > 0.3
 
 
+def test_truth_is_the_ideal_sensors(signal):
+    """Digitised and developed step by step, without the flaws that the picture has."""
+    sensor = preset("old-robot", serial_number=3)
+    shot = record(sensor, *signal, WHITE, np.random.default_rng(0))
+    for name, light in (("full", signal[0] + signal[1]), ("diffuse", signal[0])):
+        raw = digitise(sensor, mean_electrons(sensor, light, shot.exposure.seconds))
+        np.testing.assert_array_equal(getattr(shot, name), develop(sensor, raw, shot.exposure))
+    flawless = replace(sensor, prnu=0.0, dsnu_e=0.0, dark_current_e_per_s=0.0, read_noise_e=0.0)
+    ideal = record(flawless, *signal, WHITE, np.random.default_rng(0))
+    np.testing.assert_array_equal(shot.full, ideal.full)
+    assert (shot.image != ideal.image).mean() > 0.3
+
+
+def test_picture_of_a_bracket_has_its_own_exposure(signal):
+    darker, brighter = bracket(Sensor(), signal[0] + signal[1], WHITE, (-3, 0))
+    one, other = (take(signal, exposure=e) for e in (darker, brighter))
+    assert one.exposure.seconds == pytest.approx(other.exposure.seconds / 8)
+    assert one.saturated.sum() < other.saturated.sum()
+    assert one.full.astype(int).sum() < other.full.astype(int).sum()
+
+
 def test_same_generator_same_bytes(signal):
     one, other = take(signal, 7), take(signal, 7)
     for name in ("image", "raw", "full", "diffuse", "highlight", "saturated"):
@@ -79,7 +104,9 @@ def test_same_generator_same_bytes(signal):
 def test_noisy_picture_scatters_about_the_true_one(signal):
     raws = np.stack([take(signal, seed).raw for seed in range(64)]).astype(np.float64)
     shot = take(signal)
-    clean = digitise(Sensor(), mean_electrons(Sensor(), signal[0] + signal[1], shot.exposure)).astype(float)
+    clean = digitise(Sensor(), mean_electrons(Sensor(), signal[0] + signal[1], shot.exposure.seconds)).astype(
+        float
+    )
     linear = clean < 900
     sigma = raws.std(axis=0)[linear]
     z = (raws.mean(axis=0) - clean)[linear] / (sigma / 8 + 0.3)  # the clean value is rounded itself
