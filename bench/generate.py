@@ -113,7 +113,7 @@ class _Folder:
 
     def add(self, frame: int, basis: LightBasis) -> None:
         recording = self._sequence.record(basis, self._illumination, frame)
-        diffuse, specular = self._sequence.relight(basis, self._illumination)
+        diffuse, specular = self._sequence.relight(basis, self._illumination, frame)
         depth = np.minimum(np.round(basis.depth * DEPTH_FACTOR), 65535).astype(np.uint16)
         for name, picture in (
             ("rgb", recording.image),

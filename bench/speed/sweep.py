@@ -53,13 +53,17 @@ def _task(configuration: Configuration) -> tuple[Poses, Lights, dict[str, NDArra
 @functools.lru_cache(maxsize=1)
 def _renderer(configuration: Configuration) -> SceneRenderer:
     engine = choose_engine("auto").name
-    return stage.renderer(stage.scene(BULBS, configuration.laps), configuration, engine)
+    renderer = stage.renderer(stage.scene(BULBS, configuration.laps), configuration, engine)
+    atexit.register(
+        renderer.close
+    )  # left to its destructor, pyrender prints while the interpreter shuts down
+    return renderer
 
 
 @functools.lru_cache(maxsize=1)
 def _stock(configuration: Configuration) -> StockRenderer:
     stock = StockRenderer(stage.scene(BULBS, configuration.laps), configuration)
-    atexit.register(stock.close)  # left to its destructor, it prints while the interpreter shuts down
+    atexit.register(stock.close)
     return stock
 
 
