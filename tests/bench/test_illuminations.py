@@ -15,6 +15,7 @@ from bench.study import RenderedStudy, dump, load, parse
 from renderers.basis import LightBasis, SceneRenderer
 from renderers.camera import Mount, Pinhole
 from renderers.irradiance import BakeQuality
+from reports.illuminations import Illumination as ReportedLight
 
 HEAD = "sequence: rendered\nname: mine\nseed: 5\nscene: {parameters: {laps: 0.1}}\n"
 WHOLE = load_scene(RenderedStudy(sequence="rendered", name="whole"))
@@ -267,3 +268,9 @@ def test_the_layers_have_the_colour_of_their_group():
 )
 def test_what_is_wrong_is_one_line(illuminations, expected):
     assert refusal(illuminations).startswith(expected)
+
+
+def test_reports_name_the_lamps_where_they_do_not_all_burn():
+    cells = study(ALL + "{name: half, broken: 0.5}]}").illuminations.grid()
+    labels = [ReportedLight(cell.sun_lux, cell.bulb_lm, cell.name).label for cell in cells]
+    assert labels[2:] == ["sun 20 klx, bulbs 400 lm", "sun 20 klx, bulbs 400 lm, lamps half"]
