@@ -121,7 +121,7 @@ class _Folder:
 
     def add(self, frame: int, basis: LightBasis) -> None:
         recording = self._sequence.record(basis, self._illumination, frame)
-        diffuse, specular = self._sequence.relight(basis, self._illumination)
+        diffuse, specular = self._sequence.relight(basis, self._illumination, frame)
         grey = np.round(basis.depth * DEPTH_FACTOR)
         depth = np.where(grey <= 65535, grey, 0).astype(np.uint16)  # beyond 13.1 m there is no number for it
         for name, picture in (

@@ -6,24 +6,35 @@ electrons.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
+from bench.illumination_grid import Illumination, IlluminationGrid
+from bench.study_parts import Name, NotNegative, Part, Positive, Share
 from renderers.sensor_presets import PRESETS
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name of a folder
-Share = Annotated[float, Field(gt=0, le=1)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+__all__ = [
+    "SEQUENCES",
+    "CameraChoice",
+    "DepthNoise",
+    "DlrStudy",
+    "FilterChoice",
+    "Illumination",
+    "IlluminationGrid",
+    "NavigationTask",
+    "OdometryNoise",
+    "OpticsChoice",
+    "Part",
+    "RenderedStudy",
+    "SceneChoice",
+    "SensorChoice",
+    "SlamChoice",
+    "Study",
+    "TourChoice",
+]
+
 Celsius = Annotated[float, Field(ge=-50, le=150)]
-
-
-class Part(BaseModel):
-    """Base of all parts: unknown keys refused, immutable, finite numbers."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SceneChoice(Part):
@@ -31,7 +42,7 @@ class SceneChoice(Part):
 
     name: Name = "corridor"
     seed: int = Field(0, ge=0)
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, Any] = Field(default_factory=dict)
 
 
 class OpticsChoice(Part):
@@ -113,47 +124,6 @@ class SensorChoice(Part):
         return self
 
 
-@dataclass(frozen=True)
-class Illumination:
-    """One cell of the grid: the sun's lux on a plane facing it, the sky's on open ground, lumen per bulb."""
-
-    name: str
-    sun_lux: float
-    sky_lux: float
-    bulb_lm: float
-
-
-class IlluminationGrid(Part):
-    """Every sun with every bulb.
-
-    ``sky_per_sun`` ties the sky to the sun: 12 klx of diffuse light to 97 klx of direct light on a clear
-    day (ASTM G-173 weighted by V(λ)) give 0.124.
-    """
-
-    sun_lux: tuple[Annotated[float, Field(ge=0, le=200_000)], ...] = Field(
-        (0.0, 10_000.0, 90_000.0), min_length=1
-    )
-    bulb_lm: tuple[Annotated[float, Field(ge=0, le=1_000_000)], ...] = Field(
-        (200.0, 800.0, 3200.0), min_length=1
-    )
-    sky_per_sun: NotNegative = 0.124
-
-    @model_validator(mode="after")
-    def _distinct(self) -> IlluminationGrid:
-        names = [cell.name for cell in self.grid()]
-        if len(set(names)) < len(names):
-            raise ValueError("sun_lux and bulb_lm: each value may stand once")
-        return self
-
-    def grid(self) -> tuple[Illumination, ...]:
-        """All cells, the sun outermost, named like ``sun20000-bulb800``."""
-        return tuple(
-            Illumination(f"sun{sun:.10g}-bulb{bulb:.10g}", sun, sun * self.sky_per_sun, bulb)
-            for sun in self.sun_lux
-            for bulb in self.bulb_lm
-        )
-
-
 class TourChoice(Part):
     """How the robot drives its tour; the speed is Table 4-1's."""
 
@@ -189,7 +159,7 @@ class FilterChoice(Part):
     """A light filter (`vslam.filters`), its parameters, and the label of its rows (by default its name)."""
 
     name: Name
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, Any] = Field(default_factory=dict)
     label: Name = ""
 
     @model_validator(mode="before")

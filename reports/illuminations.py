@@ -25,8 +25,10 @@ class Illumination:
 
     @property
     def label(self) -> str:
-        """For a person: "sun 10 klx, bulbs 800 lm"."""
-        return f"sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}"
+        """For a person: "sun 10 klx, bulbs 800 lm", and the state of the lamps where they do not all burn."""
+        levels = f"sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}"
+        _, stands, lamps = self.name.partition(f"-bulb{self.bulb_lm:.10g}-")
+        return f"{levels}, lamps {lamps}" if stands else levels
 
 
 def illuminations(run: Run) -> tuple[Illumination, ...]:

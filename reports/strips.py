@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.errors import ReportError
-from reports.illuminations import quantity
+from reports.illuminations import Illumination
 from reports.run import BASELINE, Run, records
 from reports.tracks import read_csv
 
@@ -94,8 +94,7 @@ def _strip(row: dict[str, Any], folder: Path, levels: dict[str, tuple[float, flo
     for file in files.values():
         _check(file)
     name = str(row["illumination"])
-    sun, bulb = levels.get(name, (float("nan"), float("nan")))
-    light = f"sun {quantity(sun, 'lx')}, bulbs {quantity(bulb, 'lm')}" if name in levels else name
+    light = Illumination(*levels[name], name).label if name in levels else name
     return Strip(
         str(row["filter"]),
         str(row["rank"]),

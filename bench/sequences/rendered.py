@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.rng import generator
+from bench.sequences import lamps
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
@@ -61,6 +62,7 @@ class RenderedSequence:
     def __init__(self, setup: SequenceSetup) -> None:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
+        self._as_built = _as_built(setup.study)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
         self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
 
@@ -85,18 +87,23 @@ class RenderedSequence:
         basis = self.renderer.render(self.scene.tour.poses[frame])
         return basis_through_lens(self._optics, camera(self.study), basis)
 
-    def relight(self, basis: LightBasis, illumination: Illumination) -> tuple[NDArray, NDArray]:
-        """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m²."""
-        return relight(basis, self._intensity(illumination), self._setup.colours)
+    def relight(
+        self, basis: LightBasis, illumination: Illumination, frame: int = 0
+    ) -> tuple[NDArray, NDArray]:
+        """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m².
+
+        The frame matters where lamps flicker.
+        """
+        return relight(basis, self._intensity(illumination, frame), self._setup.colours)
 
     def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
         """Take the picture of a frame under an illumination."""
-        diffuse, specular = self.relight(basis, illumination)
+        diffuse, specular = self.relight(basis, illumination, frame)
         return record(
             self.sensor,
             diffuse,
             specular,
-            mean_white(basis, self._intensity(illumination), self._setup.colours),
+            mean_white(basis, self._intensity(illumination, frame), self._setup.colours),
             generator(self.study.seed, "sensor", illumination.name, frame),
             self.study.sensor.highlight_threshold,
         )
@@ -109,8 +116,10 @@ class RenderedSequence:
         reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
 
-    def _intensity(self, illumination: Illumination) -> dict[str, float]:
-        bulbs = {bulb.group: illumination.bulb_lm for bulb in self.scene.bulbs}
+    def _intensity(self, illumination: Illumination, frame: int) -> dict[str, float]:
+        lumen = illumination.bulb_lm * lamps.flicker(illumination, float(self.scene.tour.stamps[frame]))
+        on = lamps.burning(self._as_built, illumination, self.study.seed)
+        bulbs = {bulb.group: lumen * burns for bulb, burns in zip(self.scene.bulbs, on, strict=True)}
         return {
             self.scene.sun.name: illumination.sun_lux,
             self.scene.sky.name: illumination.sky_lux,
@@ -119,7 +128,20 @@ class RenderedSequence:
 
 
 def load_scene(study: RenderedStudy) -> Scene:
-    """The study's scene with the study's tour."""
+    """The study's scene with the study's tour, and its lamps in as many layers as the study switches.
+
+    Raises
+    ------
+    BenchError
+        If the study switches a lamp that the scene does not have.
+    """
+    scene = _as_built(study)
+    states = [lamps.burning(scene, light, study.seed) for light in study.illuminations.grid()]
+    return lamps.split(scene, states)
+
+
+def _as_built(study: RenderedStudy) -> Scene:
+    """The scene with its builder's own groups of lamps."""
     return library.load(
         study.scene.name,
         **{

@@ -12,7 +12,7 @@ from bench.commands import run as run_command
 from bench.errors import BenchError
 from bench.study import load
 
-COMMANDS = ("run", "generate", "list", "doctor", "fetch", "report")
+COMMANDS = ("run", "generate", "list", "doctor", "fetch", "report", "speed")
 HEAVY = ("open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas", "pyarrow", "numba", "scipy", "cv2")
 
 

@@ -1,0 +1,113 @@
+"""``bench speed``: its shape on a tiny configuration, and that both sides do the same work. No test times."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bench import cli
+from bench.speed import basis, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.speed.measure import copy_bandwidth, measure
+from bench.speed.model import Benchmark, Configuration, Sides, summarise
+from renderers.sensor import Sensor
+from renderers.truth import record
+
+TINY = Configuration(
+    width=32, height=24, poses=2, illuminations=8, laps=0.2, rounds=2, processes=1, fast_bake=True
+)
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    from dataclasses import replace
+
+    return replace(TINY, cache=tmp_path_factory.mktemp("baked"))
+
+
+@pytest.mark.parametrize("name", ["basis", "relight_expose", "sweep"])
+def test_each_benchmark_measures_both_sides(tiny, name):
+    result = measure(registry.benchmarks()[name], tiny)
+    assert result.name == name
+    assert result.ours > 0
+    assert result.baseline > 0
+    assert result.ratio > 0
+    assert set(result.record()) == {"name", "ours", "baseline", "ratio", "unit"}
+    assert result.note
+
+
+def test_the_command_prints_json_and_nothing_else(monkeypatch, capsys, tmp_path):
+    def of_nothing(configuration):
+        from contextlib import nullcontext
+
+        return nullcontext(Sides(lambda: 1, lambda: 1, lambda ours, baseline: "limit"))
+
+    quick = Benchmark("quick", "nothing", "ms", False, "none", of_nothing)
+    monkeypatch.setattr(registry, "benchmarks", lambda: {"quick": quick})
+    assert cli.execute(["speed", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert set(row) == {"name", "ours", "baseline", "ratio", "unit"}
+    assert (row["name"], row["unit"]) == ("quick", "ms")
+    assert cli.execute(["speed", "--only", "quick"]) == 0
+    text = capsys.readouterr().out
+    assert "quick" in text
+    assert "limit" in text
+
+
+def test_an_unknown_benchmark_is_one_line(capsys):
+    assert cli.execute(["speed", "--only", "swep"]) == 2
+    assert capsys.readouterr().err == "error: unknown benchmark 'swep': did you mean 'sweep'?\n"
+
+
+def test_the_ratio_is_of_each_round():
+    # the machine was half as fast in the second round: the ratio does not see it
+    two = summarise(
+        Benchmark("b", "", "ms", False, "", lambda c: None), np.array([3.0, 6.0]), np.array([1.0, 2.0]), ""
+    )
+    assert (two.ratio, two.ours, two.baseline) == (3.0, 4.5, 1.5)
+
+
+def test_the_plain_sensor_takes_the_same_picture():
+    rng = np.random.default_rng(0)
+    diffuse = rng.uniform(5, 80, (60, 80, 3)).astype(np.float32)
+    specular = (rng.uniform(0, 300, (60, 80, 3)) * (rng.random((60, 80, 1)) < 0.2)).astype(np.float32)
+    white, sensor = np.array([1.1, 1.0, 0.8]), Sensor()
+    ours = record(sensor, diffuse, specular, white, np.random.default_rng(1))
+    plain = numpy_sensor.record(sensor, diffuse, diffuse + specular, white, np.random.default_rng(2))
+    # without noise the same numbers, but for float32 against float64 on the edge of a step
+    for truth in ("full", "diffuse"):
+        off = np.abs(getattr(ours, truth).astype(int) - getattr(plain, truth))
+        assert (off > 0).mean() < 1e-3
+    assert (ours.highlight != plain.highlight).mean() < 1e-2
+    assert (ours.saturated != plain.saturated).mean() < 1e-3
+    # with noise the same mean and variance about the noise-free picture
+    a, b = (r.raw.astype(float) for r in (ours, plain))
+    assert a.mean() == pytest.approx(b.mean(), rel=2e-3)
+    assert (a - b).mean() == pytest.approx(0.0, abs=4 * (a - b).std() / np.sqrt(a.size))
+    assert a.std() == pytest.approx(b.std(), rel=5e-3)
+
+
+def test_relighting_is_the_same_on_both_sides(tiny):
+    for k in (0, 7):
+        ours, plain = relight_expose.ours(tiny, k), relight_expose.baseline(tiny, k)
+        assert np.abs(ours.full.astype(int) - plain.full).max() <= 1
+        assert ours.image.mean() == pytest.approx(plain.image.mean(), rel=0.02)
+
+
+def test_stock_pyrender_sees_the_same_place(tiny):
+    poses = stage.poses(stage.scene(sweep.BULBS, tiny.laps), tiny.poses)
+    ours = sweep._renderer(tiny).render(poses[1]).depth
+    *_, depth = sweep._stock(tiny).render(poses[1], stage.lights(stage.scene(sweep.BULBS), 1)[0])
+    inside = (ours > 0) & (ours < 20)
+    assert np.median(np.abs(depth - ours)[inside]) < 0.02
+
+
+def test_eight_lights_cast_shadows_in_basis(tiny):
+    place = stage.scene(basis.BULBS, tiny.laps)
+    rays = basis.rays_of(place, tiny, stage.poses(place, 1)[0])
+    assert len(rays.primary) == tiny.width * tiny.height
+    assert len(rays.shadow) == 8
+    assert all(0 < len(r) <= len(rays.primary) for r, _ in rays.shadow)
+
+
+def test_the_copy_is_measured():
+    assert copy_bandwidth(size=1_000_000, repeats=1) > 1e7
