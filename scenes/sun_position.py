@@ -68,7 +68,7 @@ def clear_sky(
     if elevation <= 0:
         return Sun(azimuth, elevation, 0.0), Sky(0.0)
     watts = place.get_clearsky(times, model="ineichen", solar_position=position).iloc[0]
-    direct, diffuse = _spectra(max(elevation, LOWEST_SPECTRUM_DEG), place, times[0].dayofyear)
+    direct, diffuse = _spectra(max(elevation, LOWEST_SPECTRUM_DEG), place, time.timetuple().tm_yday)
     sun_lux, sun_k = _lux_and_kelvin(*direct, float(watts["dni"]))
     sky_lux, sky_k = _lux_and_kelvin(*diffuse, float(watts["dhi"]))
     return Sun(azimuth, elevation, sun_lux, f"{sun_k:.0f}K"), Sky(sky_lux, f"{sky_k:.0f}K")
