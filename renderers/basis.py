@@ -19,16 +19,15 @@ from renderers.camera import Camera, Mount, T_world_robot
 from renderers.engine import make_engine
 from renderers.errors import RendererError
 from renderers.gbuffer import F32, I32, GBuffer, View, fill, interpolate
-from renderers.irradiance import FULL_QUALITY, OFFSET_M, BakeQuality
+from renderers.irradiance import FULL_QUALITY, BakeQuality, diffuse_albedo
 from renderers.irradiance_cache import load_or_bake
-from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, UnitLight, unit_lights
+from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight, unit_lights
 from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh, build_mesh
+from renderers.reflection import Reflection
 from renderers.shade import shade_ambient, shade_light
+from renderers.shadows import lit_share, visible_shares
 from scenes.model import Scene
-
-MIRROR_ROUGHNESS = 0.4
-"""Rougher surfaces show no image of their surroundings; their lobe is wider than 10°."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +89,11 @@ class SceneRenderer:
         if supersampling < 1:
             raise RendererError(f"supersampling {supersampling}: must be at least 1")
         self.scene, self._camera, self._mount = scene, camera, mount
-        self._factor = supersampling
+        self._factor, self._bounces = supersampling, quality.bounces >= 0
         self._mesh = build_mesh(scene)
         self._caster = RayCaster(self._mesh.vertices, self._mesh.triangles, threads)
         self._lights = unit_lights(scene)
+        self._albedo = diffuse_albedo(self._mesh.materials)
         self._discs = paint.Discs.of(scene)
         self._samples = paint.disc_samples(self._discs)
         self._irradiance = load_or_bake(self._mesh, self._caster, list(self._lights.values()), cache, quality)
@@ -131,14 +131,22 @@ class SceneRenderer:
     def _layer(self, shading: _Shading, index: int, lights: list[UnitLight]) -> tuple[F32, F32]:
         diffuse = np.zeros((len(shading.seen), 3), dtype=np.float32)
         specular = np.zeros_like(diffuse)
-        for light in lights:
-            if isinstance(light, DirectLight):
-                to_light, lux = light.arriving(shading.points, shading.normal, self._caster)
-                shade_light(
-                    shading.normal, shading.to_eye, to_light, lux, *shading.material, diffuse, specular
-                )
+        direct = [light for light in lights if isinstance(light, DirectLight)]
+        arriving = [light.arriving(shading.points, shading.normal) for light in direct]
+        shares = shading.visible_shares(direct, [lux for _, lux, _ in arriving], self._caster)
+        for (to_light, lux, spread), share in zip(arriving, shares, strict=True):
+            shade_light(
+                shading.normal,
+                shading.to_eye,
+                to_light,
+                lux * share,
+                spread,
+                *shading.material,
+                diffuse,
+                specular,
+            )
         ambient = shading.interpolate(self._irradiance.indirect[index])
-        mirrored = self._mirrored(shading, index, lights)
+        mirrored = self._mirrored(shading, index, lights, ambient)
         shade_ambient(
             shading.normal,
             shading.to_eye,
@@ -155,38 +163,41 @@ class SceneRenderer:
         _add_emission(pictures[0], shading.gbuffer, self._mesh, lights)
         return pictures[0].reshape(shape), pictures[1].reshape(shape)
 
-    def _mirrored(self, shading: _Shading, index: int, lights: list[UnitLight]) -> F32:
-        """Luminance along the mirrored view ray of glossy surfaces, (n, 3) cd/m² per unit.
+    def _mirrored(self, shading: _Shading, index: int, lights: list[UnitLight], ambient: F32) -> F32:
+        """Mean luminance that each pixel's lobe gathers, (n, 3) cd/m² per unit.
 
-        Bulbs are left out: their image is the GGX highlight of `shade_light`.
+        A rough surface gathers the mean of its hemisphere, E / π; a glossy one what mirrored rays find.
+        Bulbs are left out of the rays: their image is the highlight of `shade_light`.
         """
-        reflection = shading.reflection(self._caster)
-        luminance = np.zeros((len(shading.seen), 3), dtype=np.float32)
+        reflection = shading.reflection(self._mesh, self._caster)
+        rays = np.zeros((len(reflection.glossy), 3), dtype=np.float32)
         sky = sum(light.luminance for light in lights if isinstance(light, SkyLight))
-        luminance[reflection.glossy[reflection.escaped]] = sky
-        hit = ~reflection.escaped
-        corners = self._mesh.triangles[reflection.triangle[hit]]
-        weights = reflection.weights[hit]
-        lux = interpolate(self._irradiance.total[index], corners, weights)
-        albedo = self._mesh.materials.base_color[self._mesh.surface[reflection.triangle[hit]]]
-        luminance[reflection.glossy[hit]] = albedo * lux / np.pi
-        return luminance
+        rays[reflection.sky] = sky
+        sunny = [light for light in lights if isinstance(light, SunLight)]
+        baked = self._irradiance.indirect if sunny else self._irradiance.total
+        lux = interpolate(baked[index], self._mesh.triangles[reflection.triangle], reflection.weights)
+        for light in sunny:  # its patches have sharp edges
+            lux += self._sunlit(light, reflection)[:, None]
+        if self._bounces:
+            rays[reflection.hit] = self._albedo[self._mesh.surface[reflection.triangle]] * lux / np.pi
+        gathered = ambient * np.float32(1 / np.pi)
+        gathered[reflection.glossy] = reflection.blurred(rays)
+        return gathered
+
+    def _sunlit(self, light: SunLight, reflection: Reflection) -> F32:
+        """(h,) lux of the sun where the mirrored rays end."""
+        to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
+        lit = np.flatnonzero(lux)
+        points, normals = reflection.points[lit], reflection.normals[lit]
+        cosine = np.einsum("nk,nk->n", normals, to_light[lit])
+        lux[lit] *= cosine * lit_share(light, points, normals, self._caster)
+        return lux
 
     def _visible_share(self, gbuffer: GBuffer) -> F32:
         eye = gbuffer.view.origin
         offset = (self._samples - eye) * np.float32(1 - 1e-3)
         occluded = self._caster.occluded(eye, offset, far=1.0)
         return paint.visible_share(gbuffer, self._discs, occluded, self._samples)
-
-
-@dataclass(frozen=True, eq=False)
-class _Reflection:
-    """Mirrored rays: which shaded pixels are glossy, what their rays hit."""
-
-    glossy: NDArray[np.int64]
-    escaped: NDArray[np.bool_]
-    triangle: I32
-    weights: F32
 
 
 class _Shading:
@@ -208,7 +219,8 @@ class _Shading:
         surface = mesh.surface[triangle]
         self.normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
         self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
-        self.points = gbuffer.position.reshape(-1, 3)[self.seen] + np.float32(OFFSET_M) * self.normal
+        self.points = np.ascontiguousarray(gbuffer.position.reshape(-1, 3)[self.seen])
+        self._surface = surface
         bary = gbuffer.barycentric.reshape(-1, 2)[self.seen]
         weights = np.column_stack([1 - bary.sum(axis=1), bary]).clip(min=0.0)  # no extrapolation past an edge
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
@@ -224,25 +236,32 @@ class _Shading:
             table.metallic[surface],
             table.specular[surface],
         )
-        self._reflection: _Reflection | None = None
+        self._reflection: Reflection | None = None
 
     def interpolate(self, at_vertices: F32) -> F32:
         """(n, 3) values at the pixels from values at the mesh's vertices."""
         return interpolate(at_vertices, self._corners, self._weights)
 
-    def reflection(self, caster: RayCaster) -> _Reflection:
-        """Cast the mirrored view rays of glossy pixels (once)."""
+    def visible_shares(self, lights: list[DirectLight], lux: list[F32], caster: RayCaster) -> list[F32]:
+        """(n,) share of each light's disc that each pixel's point sees."""
+        shape = self.gbuffer.surface.shape
+        return visible_shares(lights, lux, self.points, self.normal, caster, self.seen, shape)
+
+    def reflection(self, mesh: SceneMesh, caster: RayCaster) -> Reflection:
+        """The mirrored rays of glossy pixels, cast once."""
         if self._reflection is None:
-            glossy = np.flatnonzero(self.roughness <= MIRROR_ROUGHNESS)
-            normal, to_eye = self.normal[glossy], self.to_eye[glossy]
-            cosine = np.einsum("nk,nk->n", normal, to_eye)
-            mirrored = 2 * cosine[:, None] * normal - to_eye
-            triangle, _, bary = caster.nearest(self.points[glossy], mirrored)
-            escaped = triangle == NOTHING
-            weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
-            upwards = mirrored[:, 2] > HORIZON_Z
-            keep = ~escaped | upwards
-            self._reflection = _Reflection(glossy[keep], escaped[keep], triangle[keep], weights[keep])
+            self._reflection = Reflection(
+                mesh,
+                caster,
+                self.points,
+                self.normal,
+                self.to_eye,
+                self.roughness,
+                self._surface,
+                self.seen,
+                self.gbuffer.surface.shape,
+                HORIZON_Z,
+            )
         return self._reflection
 
 
@@ -255,7 +274,7 @@ def _add_emission(picture: F32, gbuffer: GBuffer, mesh: SceneMesh, lights: list[
             upwards = gbuffer.view.directions.reshape(-1, 3)[:, 2] > HORIZON_Z
             picture[(triangle == NOTHING) & upwards] += light.luminance
         elif isinstance(light, BulbLight):
-            picture[bulb == light.index] += light.luminance
+            picture[bulb == light.index] += light.luminance(gbuffer.view.origin)
 
 
 def _average(layers: F32, factor: int) -> F32:

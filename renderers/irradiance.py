@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from renderers.gbuffer import F32
-from renderers.lights import HORIZON_Z, DirectLight, SkyLight, UnitLight
-from renderers.mesh import NOTHING, RayCaster, SceneMesh
-
-OFFSET_M = 2e-3
-"""Rays start this far off the surface, so that they do not hit it again."""
+from renderers.lights import HORIZON_Z, OFFSET_M, DirectLight, SkyLight, UnitLight
+from renderers.lobe_albedo import mean_albedo
+from renderers.mesh import NOTHING, MaterialTable, RayCaster, SceneMesh
+from renderers.shade import DIELECTRIC_F0
+from renderers.shadows import POINTS, lit_share
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class BakeQuality:
     sky_rays, bounce_rays : int
         From each vertex. The sky is seen through windows, so it needs more.
     bounces : int
-        Beyond the first; what is left out is reflectance to the power of ``bounces + 1``.
+        Beyond the first; what is left out is reflectance to the power of ``bounces + 1``. −1 leaves out all
+        bounced light, mirror images too.
     """
 
     sky_rays: int = 4096
@@ -40,6 +41,7 @@ class BakeQuality:
 
 
 FULL_QUALITY = BakeQuality()
+DIRECT_ONLY = BakeQuality(bounces=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +68,12 @@ def bake(
 ) -> Irradiance:
     """Bake the illuminance of each layer, a layer being the lights that share an intensity."""
     points, normals = _vertex_frames(mesh)
-    direct = np.stack([_direct(points, normals, layer, caster) for layer in layers])
-    gather = _Gather(mesh, caster, points, normals, quality)
-    once = np.stack([gather.first_bounce(layer) + gather.sky(layer) for layer in layers])
+    direct = np.stack([_direct(points, normals, layer, caster, POINTS) for layer in layers])
+    gather = _Gather(mesh, caster, points + np.float32(OFFSET_M) * normals, normals, quality)
+    once = np.stack([gather.sky(layer) for layer in layers])
+    if quality.bounces < 0:
+        return Irradiance(once, np.zeros_like(once))
+    once += np.stack([gather.first_bounce(layer) for layer in layers])
     indirect = once.copy()
     for _ in range(quality.bounces):
         indirect = once + np.stack([gather.bounce(layer) for layer in indirect])
@@ -76,7 +81,7 @@ def bake(
 
 
 def _vertex_frames(mesh: SceneMesh) -> tuple[F32, F32]:
-    """Points just off each vertex, inside its triangles and above them, and the mean normal there."""
+    """Points beside each vertex, inside its triangles, and the mean normal there."""
     corners = mesh.triangles.ravel()
     count = np.maximum(np.bincount(corners, minlength=len(mesh.vertices)), 1)[:, None]
 
@@ -88,18 +93,32 @@ def _vertex_frames(mesh: SceneMesh) -> tuple[F32, F32]:
     normal = mean(mesh.normals)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     centroid = mean(mesh.vertices[mesh.triangles].mean(axis=1))
-    points = mesh.vertices + 0.05 * (centroid - mesh.vertices) + OFFSET_M * normal
+    points = mesh.vertices + 0.05 * (centroid - mesh.vertices)
     return points.astype(np.float32), normal.astype(np.float32)
 
 
-def _direct(points: F32, normals: F32, layer: list[UnitLight], caster: RayCaster) -> F32:
-    """(n,) lux of the layer's sun and bulbs on surface points."""
+def _direct(points: F32, normals: F32, layer: list[UnitLight], caster: RayCaster, rays: int) -> F32:
+    """(n,) lux of the layer's sun and bulbs on surface points, by some shadow rays to each light."""
     total = np.zeros(len(points), dtype=np.float32)
     for light in layer:
         if isinstance(light, DirectLight):
-            to_light, arriving = light.arriving(points, normals, caster)
-            total += arriving * np.einsum("nk,nk->n", normals, to_light).clip(min=0.0)
+            to_light, lux, _ = light.arriving(points, normals)
+            lit = np.flatnonzero(lux)
+            cosine = np.einsum("nk,nk->n", normals[lit], to_light[lit]).clip(min=0.0)
+            total[lit] += lux[lit] * cosine * lit_share(light, points[lit], normals[lit], caster, rays)
     return total
+
+
+def diffuse_albedo(materials: MaterialTable) -> F32:
+    """(n, 3) float32: what each material reflects of uniform light, gloss and all.
+
+    Bounced light takes it as scattered evenly; only the path's last bounce, towards the camera, has a lobe.
+    """
+    scale, bias = (factor[:, None] for factor in mean_albedo(materials.roughness))
+    metallic, base = materials.metallic[:, None], materials.base_color
+    layer = materials.specular[:, None] * (DIELECTRIC_F0 * scale + bias)
+    dielectric = base * (1 - layer) + layer
+    return np.asarray(dielectric + metallic * (base * scale + bias - dielectric), dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +128,7 @@ class _Hits:
     Attributes
     ----------
     points, normals, albedo : (m, 3) float32
-        Of the surfaces hit; the points lie just off them.
+        Of the surfaces hit.
     interpolation : (m, n) sparse
         Values at the hits from values at the mesh's vertices.
     mean : (n, m) sparse
@@ -150,7 +169,7 @@ class _Gather:
     def first_bounce(self, layer: list[UnitLight]) -> F32:
         """(n, 3) lux by way of surfaces that the layer's sun and bulbs light directly."""
         hit = self._hit
-        arriving = _direct(hit.points, hit.normals, layer, self._caster)
+        arriving = _direct(hit.points, hit.normals, layer, self._caster, 1)
         return np.asarray(hit.mean @ (hit.albedo * arriving[:, None]), dtype=np.float32)
 
     def bounce(self, indirect: F32) -> F32:
@@ -174,11 +193,9 @@ class _Gather:
         )
         share = np.full(count, 1 / len(rays), dtype=np.float32)
         return _Hits(
-            points=points + np.float32(OFFSET_M) * normals,
+            points=points,
             normals=normals,
-            albedo=mesh.materials.base_color[
-                mesh.surface[triangle]
-            ],  # a metal's base colour reflects as much
+            albedo=diffuse_albedo(mesh.materials)[mesh.surface[triangle]],
             interpolation=interpolation,
             mean=sparse.csr_matrix((share, (vertex, np.arange(count))), shape=(n, count)),
         )

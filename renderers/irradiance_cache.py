@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderers import irradiance
+from renderers import irradiance, lights, shadows
 from renderers.irradiance import FULL_QUALITY, BakeQuality, Irradiance
 from renderers.lights import UnitLight, unit_lights
 from renderers.mesh import RayCaster, SceneMesh, build_mesh
@@ -51,11 +51,12 @@ def load_or_bake(
 
 def _key(mesh: SceneMesh, layers: list[list[UnitLight]], quality: BakeQuality) -> str:
     digest = hashlib.blake2b(digest_size=16)
-    table = mesh.materials
-    for array in (mesh.vertices, mesh.triangles, mesh.surface, table.base_color):
+    albedo = irradiance.diffuse_albedo(mesh.materials)
+    for array in (mesh.vertices, mesh.triangles, mesh.surface, albedo):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr((layers, quality)).encode())
-    digest.update(Path(irradiance.__file__).read_bytes())  # another method is another result
+    for module in (irradiance, lights, shadows):  # another method is another result
+        digest.update(Path(str(module.__file__)).read_bytes())
     return digest.hexdigest()
 
 

@@ -7,10 +7,22 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I64
-from renderers.mesh import RayCaster
 from scenes.model import Scene
+from scenes.photometry import ISOTROPIC, Photometry
+
+F64 = NDArray[np.float64]
+
+OFFSET_M = 2e-3
+"""Rays start this far off the surface, so that they do not hit it again."""
+
+SUN_RADIUS = 0.00465
+"""Angular radius of the sun's disc at one astronomical unit, rad (959.63″, IAU 1976)."""
+
+CLEARANCE = 1.05
+"""Shadow rays end this many radii before a bulb's centre: its sphere does not shade its own light."""
 
 
 class UnitLight(Protocol):
@@ -23,61 +35,100 @@ class UnitLight(Protocol):
 
 @runtime_checkable
 class DirectLight(UnitLight, Protocol):
-    """A light with one direction at each point: it casts shadows and has a GGX highlight."""
+    """A light seen as a small disc from each point: it casts shadows and has a GGX highlight."""
 
-    def arriving(self, points: F32, normals: F32, caster: RayCaster) -> tuple[F32, F32]:
-        """Light at surface points at unit intensity.
+    def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
+        """Light at surface points at unit intensity, as if nothing stood in its way.
 
         Parameters
         ----------
         points, normals : (n, 3) float32
-            Points just off the surfaces, so that they do not shadow themselves.
 
         Returns
         -------
-        to_light : (n, 3) float32, unit vectors
+        to_light : (n, 3) float32, unit vectors to the light's centre
         illuminance : (n,) float32
-            On a plane facing the light, lux; 0 in shadow and on surfaces turned away.
+            On a plane facing the light, lux; 0 on surfaces turned away.
+        spread : (n,) float32
+            Radius of the light's disc over its distance.
+        """
+
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+        """Rays from surface points to points of the light's disc.
+
+        Parameters
+        ----------
+        points, normals : (n, 3) float32
+        which : (m,) int64
+            Index of the point that each ray starts at.
+        disc : (m, 2) float32
+            Where the ray ends, on the unit disc.
+
+        Returns
+        -------
+        rays : (m, 6) float32, origin and direction
+        far : float
+            Where the rays end, in units of the directions' length.
         """
 
 
 @dataclass(frozen=True)
 class SunLight:
-    """Parallel light of 1 lux; ``direction`` points to the sun."""
+    """1 lux from a disc of `SUN_RADIUS`; ``direction`` points to the sun."""
 
     name: str
     direction: tuple[float, float, float]
 
-    def arriving(self, points: F32, normals: F32, caster: RayCaster) -> tuple[F32, F32]:
+    def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """See `DirectLight.arriving`. A sun below the horizon gives nothing."""
         direction = np.array(self.direction, dtype=np.float32)
         to_light = np.ascontiguousarray(np.broadcast_to(direction, points.shape))
-        lux = np.zeros(len(points), dtype=np.float32)
-        if direction[2] > 0:
-            facing = np.flatnonzero(normals @ direction > 0)
-            lux[facing] = ~caster.occluded(points[facing], to_light[facing])
-        return to_light, lux
+        lux = ((normals @ direction > 0) & (direction[2] > 0)).astype(np.float32)
+        return to_light, lux, np.full(len(points), SUN_RADIUS, dtype=np.float32)
+
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+        """See `DirectLight.shadow_rays`."""
+        x, y, z = self.direction
+        return _rays_to_sun(points, normals, which, disc, x, y, z), np.inf
 
 
 @dataclass(frozen=True)
 class BulbLight:
-    """1 lumen from a point: 1/4π candela in every direction. Its sphere does not shade its own light."""
+    """1 lumen from a luminous sphere; an even one gives 1/4π candela in every direction."""
 
     name: str
     index: int
     position: tuple[float, float, float]
     radius: float
+    aim: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    photometry: Photometry = ISOTROPIC
 
-    @property
-    def luminance(self) -> float:
-        """Of the sphere, cd/m² per lumen: I / (π r²)."""
-        return 1.0 / (4 * np.pi) / (np.pi * self.radius**2)
+    def luminance(self, eye: F32) -> float:
+        """Of the sphere as seen from a point, cd/m² per lumen: I / (π r²), evenly over its disc."""
+        x, y, z = (eye - np.asarray(self.position, dtype=np.float32)).astype(np.float64)
+        table = self.photometry
+        candela = _candela(
+            x, y, z, _frame(self.aim), table.vertical, table.horizontal, table.candela_per_lumen
+        )
+        return float(candela / (np.pi * self.radius**2))
 
-    def arriving(self, points: F32, normals: F32, caster: RayCaster) -> tuple[F32, F32]:
-        """See `DirectLight.arriving`: E = I / d²."""
-        to_light, lux, facing, rays = _towards(points, normals, *self.position, 1.05 * self.radius)
-        lux[facing] *= ~caster.any_hit(rays, far=1.0)
-        return to_light, lux
+    def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
+        """See `DirectLight.arriving`: E = I / d², which is exact for a sphere too."""
+        table = self.photometry
+        return _towards(
+            points,
+            normals,
+            *self.position,
+            self.radius,
+            _frame(self.aim),
+            table.vertical,
+            table.horizontal,
+            table.candela_per_lumen,
+        )
+
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+        """See `DirectLight.shadow_rays`."""
+        return _rays_to_bulb(points, normals, which, disc, *self.position, self.radius), 1.0
 
 
 HORIZON_Z = -0.02
@@ -101,29 +152,117 @@ def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:
     }
     for k, bulb in enumerate(scene.bulbs):
         layers.setdefault(bulb.group, []).append(
-            BulbLight(f"{bulb.group} {k}", k, bulb.position, bulb.radius)
+            BulbLight(f"{bulb.group} {k}", k, bulb.position, bulb.radius, bulb.aim, bulb.photometry)
         )
     return layers
 
 
+def _frame(aim: tuple[float, float, float]) -> F64:
+    """(3, 3): rows are the luminaire's 0° and 90° half-planes and its axis, in the world.
+
+    A luminaire that looks down has its 0° half-plane along +x.
+    """
+    axis = np.asarray(aim, dtype=np.float64)
+    axis = axis / np.linalg.norm(axis)
+    helper = np.array([1.0, 0.0, 0.0]) if abs(axis[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
+    zero = helper - (helper @ axis) * axis
+    zero /= np.linalg.norm(zero)
+    return np.stack([zero, np.cross(axis, zero), axis])
+
+
+@njit(cache=True)
+def _place(values: F64, value: float) -> tuple[int, float]:
+    """The interval of ascending values that holds a value, and where in it; clamped at the ends."""
+    k = min(max(int(np.searchsorted(values, value)) - 1, 0), len(values) - 2)
+    return k, min(max((value - values[k]) / (values[k + 1] - values[k]), 0.0), 1.0)
+
+
+@njit(cache=True)
+def _candela(x: float, y: float, z: float, frame: F64, vertical: F64, horizontal: F64, table: F64) -> float:
+    """Intensity in a direction (of any length), interpolated bilinearly in angle."""
+    if table.size == 1:
+        return table[0, 0]
+    length = max(np.sqrt(x * x + y * y + z * z), 1e-12)
+    cosine = (frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z) / length
+    polar = np.degrees(np.arccos(min(max(cosine, -1.0), 1.0)))
+    if polar > vertical[-1] or polar < vertical[0]:
+        return 0.0
+    i, s = _place(vertical, polar)
+    if len(horizontal) == 1:
+        return (1 - s) * table[0, i] + s * table[0, i + 1]
+    a = frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z
+    b = frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z
+    j, t = _place(horizontal, np.degrees(np.arctan2(b, a)) % 360.0)
+    near = (1 - s) * table[j, i] + s * table[j, i + 1]
+    return (1 - t) * near + t * ((1 - s) * table[j + 1, i] + s * table[j + 1, i + 1])
+
+
 @njit(cache=True)
 def _towards(
-    points: F32, normals: F32, x: float, y: float, z: float, clearance: float
-) -> tuple[F32, F32, I64, F32]:
-    """Directions to a point of 1/4π cd, its unshadowed illuminance, shadow rays of the points facing it."""
+    points: F32,
+    normals: F32,
+    x: float,
+    y: float,
+    z: float,
+    radius: float,
+    frame: F64,
+    vertical: F64,
+    horizontal: F64,
+    table: F64,
+) -> tuple[F32, F32, F32]:
     n = len(points)
     to_light, lux = np.empty((n, 3), dtype=np.float32), np.zeros(n, dtype=np.float32)
-    facing, rays = np.empty(n, dtype=np.int64), np.empty((n, 6), dtype=np.float32)
-    count = 0
+    spread = np.empty(n, dtype=np.float32)
     for i in range(n):
         dx, dy, dz = x - points[i, 0], y - points[i, 1], z - points[i, 2]
         d = max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
         to_light[i, 0], to_light[i, 1], to_light[i, 2] = dx / d, dy / d, dz / d
+        spread[i] = radius / d
         if normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz > 0:
-            lux[i] = 1 / (4 * np.pi * d * d)
-            reach = max(d - clearance, 0.0) / d
-            rays[count, 0], rays[count, 1], rays[count, 2] = points[i, 0], points[i, 1], points[i, 2]
-            rays[count, 3], rays[count, 4], rays[count, 5] = dx * reach, dy * reach, dz * reach
-            facing[count] = i
-            count += 1
-    return to_light, lux, facing[:count], rays[:count]
+            lux[i] = _candela(-dx, -dy, -dz, frame, vertical, horizontal, table) / (d * d)
+    return to_light, lux, spread
+
+
+@njit(cache=True)
+def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
+    """Two unit vectors across a unit vector (Duff et al. 2017, Building an orthonormal basis, revisited)."""
+    sign = 1.0 if z >= 0.0 else -1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+
+
+@njit(cache=True)
+def _rays_to_bulb(
+    points: F32, normals: F32, which: I64, disc: F32, x: float, y: float, z: float, radius: float
+) -> F32:
+    """To the disc across the line of sight, stopped in front of the sphere."""
+    rays = np.empty((len(which), 6), dtype=np.float32)
+    for k in range(len(which)):
+        i = which[k]
+        ox = points[i, 0] + OFFSET_M * normals[i, 0]
+        oy = points[i, 1] + OFFSET_M * normals[i, 1]
+        oz = points[i, 2] + OFFSET_M * normals[i, 2]
+        dx, dy, dz = x - ox, y - oy, z - oz
+        d = max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+        tx, ty, tz, bx, by, bz = tangents(dx / d, dy / d, dz / d)
+        reach = max(d - CLEARANCE * radius, 0.0) / d
+        u, v = radius * disc[k, 0], radius * disc[k, 1]
+        rays[k, 0], rays[k, 1], rays[k, 2] = ox, oy, oz
+        rays[k, 3] = reach * (dx + u * tx + v * bx)
+        rays[k, 4] = reach * (dy + u * ty + v * by)
+        rays[k, 5] = reach * (dz + u * tz + v * bz)
+    return rays
+
+
+@njit(cache=True)
+def _rays_to_sun(points: F32, normals: F32, which: I64, disc: F32, x: float, y: float, z: float) -> F32:
+    rays = np.empty((len(which), 6), dtype=np.float32)
+    tx, ty, tz, bx, by, bz = tangents(x, y, z)
+    for k in range(len(which)):
+        i = which[k]
+        u, v = SUN_RADIUS * disc[k, 0], SUN_RADIUS * disc[k, 1]
+        for c in range(3):
+            rays[k, c] = points[i, c] + OFFSET_M * normals[i, c]
+        rays[k, 3], rays[k, 4], rays[k, 5] = x + u * tx + v * bx, y + u * ty + v * by, z + u * tz + v * bz
+    return rays

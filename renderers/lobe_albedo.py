@@ -44,6 +44,16 @@ def directional_albedo(table: F32, nv: float, roughness: float) -> tuple[float, 
     )
 
 
+def mean_albedo(roughness: F32) -> tuple[F32, F32]:
+    """Factors of F0 and F90 under uniform light in all view directions, 2 ∫ albedo N·V d(N·V), (n,) each."""
+    table = albedo_table().astype(np.float64)
+    nv = np.arange(NODES + 1) / NODES
+    mean = np.asarray(2 * np.trapezoid(table * nv[:, None, None], nv, axis=0))
+    at = np.arange(NODES + 1) / NODES
+    scale, bias = (np.interp(roughness, at, mean[:, k]).astype(np.float32) for k in range(2))
+    return scale, bias
+
+
 @njit(cache=True)
 def _integrate(table: F32) -> None:
     """Mean of G2 / G1 over visible normals (Heitz 2018), split by Schlick's (1 − V·H)⁵."""
@@ -55,11 +65,11 @@ def _integrate(table: F32) -> None:
             a = b = 0.0
             for k in range(STRATA):
                 for m in range(STRATA):
-                    hx, hz = _visible_normal(vx, nv, alpha, (k + 0.5) / STRATA, (m + 0.5) / STRATA)
+                    hx, _, hz = visible_normal(vx, nv, alpha, (k + 0.5) / STRATA, (m + 0.5) / STRATA)
                     vh = vx * hx + nv * hz
                     nl = 2.0 * vh * hz - nv
                     if nl > 0.0 and vh > 0.0:
-                        at_eye, at_light = _smith_lambda(nv, alpha), _smith_lambda(nl, alpha)
+                        at_eye, at_light = smith_lambda(nv, alpha), smith_lambda(nl, alpha)
                         weight = (1.0 + at_eye) / (1.0 + at_eye + at_light)
                         grazing = (1.0 - min(vh, 1.0)) ** 5
                         a += weight * (1.0 - grazing)
@@ -68,14 +78,14 @@ def _integrate(table: F32) -> None:
 
 
 @njit(cache=True)
-def _smith_lambda(cosine: float, alpha: float) -> float:
+def smith_lambda(cosine: float, alpha: float) -> float:
     """Λ of GGX (Heitz 2014, eq. 72)."""
     return 0.5 * (np.sqrt(1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)) - 1.0)
 
 
 @njit(cache=True)
-def _visible_normal(vx: float, vz: float, alpha: float, u: float, w: float) -> tuple[float, float]:
-    """The x and z of a GGX normal seen from (vx, 0, vz), for (u, w) in the unit square (Heitz 2018)."""
+def visible_normal(vx: float, vz: float, alpha: float, u: float, w: float) -> tuple[float, float, float]:
+    """A GGX normal seen from (vx, 0, vz), for (u, w) in the unit square (Heitz 2018)."""
     length = np.sqrt(alpha * alpha * vx * vx + vz * vz)
     sx, sz = alpha * vx / length, vz / length  # the view in the configuration of a hemisphere
     r, phi = np.sqrt(u), 2.0 * np.pi * w
@@ -86,4 +96,4 @@ def _visible_normal(vx: float, vz: float, alpha: float, u: float, w: float) -> t
     # basis: T1 = y, T2 = view × T1 = (−sz, 0, sx)
     nx, ny, nz = alpha * (-sz * t2 + sx * t3), alpha * t1, max(sx * t2 + sz * t3, 0.0)
     norm = np.sqrt(nx * nx + ny * ny + nz * nz)
-    return nx / norm, nz / norm
+    return nx / norm, ny / norm, nz / norm

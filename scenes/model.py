@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.errors import SceneError
+from scenes.photometry import ISOTROPIC, Photometry
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -61,18 +63,18 @@ class Surface:
 
 @dataclass(frozen=True)
 class Sun:
-    """Parallel light.
+    """Light from the sun's disc of half a degree.
 
     Attributes
     ----------
     azimuth_deg : float
         Where the sun stands, from north over east (compass bearing), degrees.
     elevation_deg : float
-        Above the horizon, degrees.
+        Above the horizon, degrees. A sun below it is dark.
     lux : float
         Illuminance on a plane that faces the sun.
     illuminant : str
-        CIE illuminant name.
+        CIE illuminant name, or a colour temperature such as "5200K".
     """
 
     azimuth_deg: float
@@ -80,6 +82,20 @@ class Sun:
     lux: float
     illuminant: str = "D55"
     name: str = "sun"
+
+    def __post_init__(self) -> None:
+        _intensity("sun", "lux", self.lux)
+        if not np.isfinite([self.azimuth_deg, self.elevation_deg]).all():
+            raise SceneError(
+                f"sun: azimuth {self.azimuth_deg}, elevation {self.elevation_deg}; both must be finite"
+            )
+
+    @staticmethod
+    def at(latitude_deg: float, longitude_deg: float, time: datetime, altitude_m: float = 0.0) -> Sun:
+        """The sun at a place and time under a clear sky (`scenes.sun_position.clear_sky`)."""
+        from scenes.sun_position import clear_sky
+
+        return clear_sky(latitude_deg, longitude_deg, time, altitude_m)[0]
 
     @property
     def direction(self) -> FloatArray:
@@ -96,16 +112,34 @@ class Sky:
     illuminant: str = "D75"
     name: str = "sky"
 
+    def __post_init__(self) -> None:
+        _intensity("sky", "lux", self.lux)
+
+    @staticmethod
+    def at(latitude_deg: float, longitude_deg: float, time: datetime, altitude_m: float = 0.0) -> Sky:
+        """The clear sky's diffuse light at a place and time (`scenes.sun_position.clear_sky`)."""
+        from scenes.sun_position import clear_sky
+
+        return clear_sky(latitude_deg, longitude_deg, time, altitude_m)[1]
+
 
 @dataclass(frozen=True)
 class Bulb:
-    """An isotropic lamp: ``lumen``/4π candela. Bulbs of one ``group`` share one layer of the light basis.
+    """A luminous sphere. Bulbs of one ``group`` share one layer of the light basis.
 
     Attributes
     ----------
     position : (x, y, z) metres
+    lumen : float
+        Total flux, whatever its distribution.
     radius : float
-        Of the luminous sphere, metres.
+        Of the luminous sphere, metres: it sets how soft shadows are and how large the lamp's images.
+    illuminant : str
+        CIE illuminant name, or a colour temperature such as "2700K".
+    aim : (x, y, z)
+        Where the axis of ``photometry`` points; straight down unless given.
+    photometry : Photometry
+        Isotropic (``lumen``/4π candela), `Photometry.spot`, or `scenes.photometry_ies.read_ies`.
     """
 
     position: tuple[float, float, float]
@@ -113,6 +147,20 @@ class Bulb:
     radius: float = 0.05
     illuminant: str = "LED-B3"
     group: str = "bulbs"
+    aim: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    photometry: Photometry = ISOTROPIC
+
+    def __post_init__(self) -> None:
+        _intensity(f"bulb at {self.position}", "lumen", self.lumen)
+        if not (np.isfinite(self.radius) and self.radius > 0):
+            raise SceneError(f"bulb at {self.position}: radius {self.radius} must be above 0 m")
+        if not np.isfinite([*self.position, *self.aim]).all() or not any(self.aim):
+            raise SceneError(f"bulb at {self.position}: position or aim {self.aim} not finite, or aim 0")
+
+
+def _intensity(light: str, unit: str, value: float) -> None:
+    if not (np.isfinite(value) and value >= 0):
+        raise SceneError(f"{light}: {value} {unit}; must be finite and ≥ 0")
 
 
 @dataclass(frozen=True)

@@ -132,9 +132,9 @@ class TestCache:
             load_or_bake(*self.parts(scene), tmp_path)
         assert len(list(tmp_path.iterdir())) == 5
 
-    def test_intensity_and_gloss_do_not_matter(self, scene_of, floor, tmp_path):
-        for lux, roughness in ((1.0, 1.0), (5000.0, 0.2)):
-            scene = scene_of(floor(2.0, Material((0.5, 0.5, 0.5), roughness)), sun=Sun(0.0, 45.0, lux))
+    def test_intensity_does_not_matter(self, scene_of, floor, tmp_path):
+        for lux in (1.0, 5000.0):
+            scene = scene_of(floor(2.0, Material((0.5, 0.5, 0.5), 0.5)), sun=Sun(0.0, 45.0, lux))
             load_or_bake(*self.parts(scene), tmp_path)
         assert len(list(tmp_path.iterdir())) == 1
 

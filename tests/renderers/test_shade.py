@@ -33,6 +33,7 @@ def reflected(to_light, to_eye, base_color, roughness, metallic, specular, lux=1
         np.asarray(to_eye, dtype=np.float32),
         np.asarray(to_light, dtype=np.float32),
         column(lux),
+        column(0.0),
         np.tile(np.float32(base_color), (n, 1)),
         column(roughness),
         column(metallic),
