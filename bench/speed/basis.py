@@ -19,10 +19,10 @@ from bench.speed import stage
 from bench.speed.model import Benchmark, Configuration, Sides
 from renderers.camera import T_world_robot
 from renderers.gbuffer import View, fill
-from renderers.irradiance import OFFSET_M
-from renderers.lights import DirectLight, unit_lights
+from renderers.lights import OFFSET_M, DirectLight, unit_lights
 from renderers.mesh import NOTHING, RayCaster, SceneMesh, build_mesh
 from renderers.raycast import RaycastEngine
+from renderers.shadows import visible_shares
 from scenes.model import Scene
 
 BULBS = 7
@@ -37,7 +37,7 @@ class RayList:
     ----------
     primary : Rays
     shadow : list of (Rays, far)
-        One entry per light and call.
+        One entry per light and call, penumbra rays included.
     """
 
     primary: Rays
@@ -68,9 +68,10 @@ def rays_of(place: Scene, configuration: Configuration, pose: NDArray[np.float64
     seen = gbuffer.triangle != NOTHING
     normals = np.ascontiguousarray(gbuffer.normal[seen])
     points = gbuffer.position[seen] + np.float32(OFFSET_M) * normals
-    for light in (light for layer in unit_lights(place).values() for light in layer):
-        if isinstance(light, DirectLight):
-            light.arriving(points, normals, caster)
+    for layer in unit_lights(place).values():
+        direct = [light for light in layer if isinstance(light, DirectLight)]
+        lux = [light.arriving(points, normals)[1] for light in direct]
+        visible_shares(direct, lux, points, normals, caster, np.flatnonzero(seen), seen.shape)
     return rays
 
 
