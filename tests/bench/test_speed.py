@@ -105,8 +105,13 @@ def test_eight_lights_cast_shadows_in_basis(tiny):
     place = stage.scene(basis.BULBS, tiny.laps)
     rays = basis.rays_of(place, tiny, stage.poses(place, 1)[0])
     assert len(rays.primary) == tiny.width * tiny.height
-    assert len(rays.shadow) == 8
-    assert all(0 < len(r) <= len(rays.primary) for r, _ in rays.shadow)
+    once, penumbra = (
+        rays.shadow[::2],
+        rays.shadow[1::2],
+    )  # each light: a ray a point, then fifteen in penumbrae
+    assert len(once) == len(penumbra) == 8
+    assert all(0 < len(r) <= len(rays.primary) for r, _ in once)
+    assert all(len(r) % 15 == 0 for r, _ in penumbra) and any(len(r) for r, _ in penumbra)
 
 
 def test_the_copy_is_measured():
