@@ -129,14 +129,14 @@ def _window_wall() -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _doors(rng: np.random.Generator) -> list[Surface]:
-    """Thin door leaves on the inner walls; one pair is brushed steel (a lift)."""
+    """Thin door leaves, flush on the inner walls so that none reaches into the core; one is a steel lift."""
     c, thick, wide, tall = WIDTH_M, 0.04, 0.9, 2.05
     south = [c + 2.0 + 5.0 * i + rng.uniform(-0.5, 0.5) for i in range(3)]
     north = [c + 1.5 + 5.0 * i + rng.uniform(-0.5, 0.5) for i in range(3)]
-    leaves = [box((x, c - thick, 0), (x + wide, c + 0.01, tall)) for x in south]
-    leaves += [box((x, DEPTH_M - c - 0.01, 0), (x + wide, DEPTH_M - c + thick, tall)) for x in north]
+    leaves = [box((x, c - thick, 0), (x + wide, c, tall)) for x in south]
+    leaves += [box((x, DEPTH_M - c, 0), (x + wide, DEPTH_M - c + thick, tall)) for x in north]
     lift_y = DEPTH_M / 2 + rng.uniform(-1, 1)
-    lift = box((LENGTH_M - c - 0.01, lift_y, 0), (LENGTH_M - c + thick, lift_y + 1.4, 2.1))
+    lift = box((LENGTH_M - c, lift_y, 0), (LENGTH_M - c + thick, lift_y + 1.4, 2.1))
     return [surface("door", DOOR, *leaves), surface("lift", STEEL, lift)]
 
 
