@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bench.metrics import landmarks, navigation, trajectory
 from bench.perception import Percept
+from bench.run_facts import empty_run_row
 from bench.schema import RUN_COLUMNS
 from bench.sequences.rendered import odometry
 from bench.study_model import Illumination, RenderedStudy
@@ -123,10 +124,7 @@ def _in_start_frame(poses: FloatArray) -> FloatArray:
 
 def _labels(variant: Variant, seed: int) -> dict[str, object]:
     """A runs row with every metric still empty."""
-    empty: dict[str, object] = {
-        name: float("nan") if kind == "float64" else 0 for name, kind in RUN_COLUMNS.items()
-    }
-    return empty | {
+    return empty_run_row() | {
         "scene": variant.world.scene,
         "illumination": variant.illumination.name,
         "sun_lux": variant.illumination.sun_lux,
@@ -138,5 +136,4 @@ def _labels(variant: Variant, seed: int) -> dict[str, object]:
         "seed": seed,
         "steps": len(variant.percepts),
         "landmarks_total": len(variant.world.landmarks),
-        "status": "",
     }

@@ -26,7 +26,7 @@ from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
-from scenes.occupancy import true_occupancy
+from scenes.occupancy import TrueOccupancy, true_occupancy
 
 
 def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress) -> RunFacts:
@@ -41,11 +41,12 @@ def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress)
         with facts.timed("perceive"):
             percepts = _perceive(setup, len(sequence), pool, progress)
         with facts.timed("localise"):
-            localised = _localise(sequence, percepts, pool, progress)
+            occupancy = true_occupancy(sequence.scene, study.navigation.resolution_m)
+            localised = _localise(sequence, occupancy, percepts, pool, progress)
         with facts.timed("pictures"):
             rows = [row for p in percepts for row in p.rows]
             shown = _show(setup, strips.choose(rows), pool, progress)
-        _write(folder, sequence, rows, localised, shown)
+        _write(folder, sequence, occupancy, rows, localised, shown)
     return facts
 
 
@@ -116,9 +117,13 @@ def _show(
 
 
 def _localise(
-    sequence: RenderedSequence, percepts: list[FramePercepts], pool: Workers, progress: Progress
+    sequence: RenderedSequence,
+    occupancy: TrueOccupancy,
+    percepts: list[FramePercepts],
+    pool: Workers,
+    progress: Progress,
 ) -> list[tuple[Variant, list[Localised]]]:
-    variants = list(_variants(sequence, percepts))
+    variants = list(_variants(sequence, occupancy, percepts))
     done = []
     with progress.stage("localise", len(variants) * sequence.study.seeds) as advance:
         for variant, runs in zip(variants, pool.map(localise, variants), strict=True):
@@ -127,18 +132,19 @@ def _localise(
     return done
 
 
-def _variants(sequence: RenderedSequence, percepts: list[FramePercepts]) -> Iterator[Variant]:
-    study, world = sequence.study, _world(sequence, percepts)
+def _variants(
+    sequence: RenderedSequence, occupancy: TrueOccupancy, percepts: list[FramePercepts]
+) -> Iterator[Variant]:
+    study, world = sequence.study, _world(sequence, occupancy, percepts)
     for illumination in study.illuminations.grid():
         for choice in study.filters:
             own = tuple(p.percepts[illumination.name, choice.label] for p in percepts)
             yield Variant(study, world, illumination, choice.label, own)
 
 
-def _world(sequence: RenderedSequence, percepts: list[FramePercepts]) -> World:
+def _world(sequence: RenderedSequence, occupancy: TrueOccupancy, percepts: list[FramePercepts]) -> World:
     study, scene = sequence.study, sequence.scene
     task = study.navigation
-    occupancy = true_occupancy(scene, task.resolution_m)
     x0, y0 = occupancy.origin
     rows, cols = occupancy.blocked.shape
     return World(
@@ -161,6 +167,7 @@ def _world(sequence: RenderedSequence, percepts: list[FramePercepts]) -> World:
 def _write(
     folder: RunFolder,
     sequence: RenderedSequence,
+    occupancy: TrueOccupancy,
     rows: list[dict[str, object]],
     localised: list[tuple[Variant, list[Localised]]],
     shown: list[strips.Strip],
@@ -174,7 +181,6 @@ def _write(
         folder.write_trajectory(stem, scene.tour.stamps, run.poses)
         if run.row["seed"] == 0:
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
-    occupancy = true_occupancy(scene, sequence.study.navigation.resolution_m)
     np.savez_compressed(
         figures / f"occupancy--{scene.name}.npz",
         blocked=occupancy.blocked,

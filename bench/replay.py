@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.metrics import landmarks, trajectory
-from bench.schema import RUN_COLUMNS
+from bench.run_facts import empty_run_row
 from bench.sequences.dlr import DlrLog
 from vslam.errors import VslamError
 from vslam.motion import move
@@ -102,10 +102,7 @@ def _landmark_table(log: DlrLog, result: SlamResult, seen: tuple[IntArray, ...])
 
 def _empty_row(log: DlrLog, settings: SlamSettings, seed: int) -> dict[str, object]:
     """A runs row in which every metric is still empty."""
-    empty: dict[str, object] = {
-        name: math.nan if kind == "float64" else 0 for name, kind in RUN_COLUMNS.items()
-    }
-    return empty | {
+    return empty_run_row() | {
         "scene": "dlr",
         "illumination": "recorded",
         "filter": "none",
@@ -115,5 +112,4 @@ def _empty_row(log: DlrLog, settings: SlamSettings, seed: int) -> dict[str, obje
         "seed": seed,
         "steps": len(log.steps),
         "landmarks_total": len(log.landmark_ids),
-        "status": "",
     }

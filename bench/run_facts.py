@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,6 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bench.schema import RUN_COLUMNS
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,12 @@ class RunFacts:
         start = time.perf_counter()
         yield
         self.seconds[stage] = time.perf_counter() - start
+
+
+def empty_run_row() -> dict[str, object]:
+    """A row of the runs table in which everything is still empty: NaN, 0 and no text."""
+    empty: dict[str, object] = {"float64": math.nan, "int64": 0, "string": ""}
+    return {name: empty[kind] for name, kind in RUN_COLUMNS.items()}
 
 
 def run_stem(row: Mapping[str, object]) -> str:
