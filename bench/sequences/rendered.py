@@ -121,7 +121,7 @@ class RenderedSequence:
         on = lamps.burning(self._as_built, illumination, self.study.seed)
         bulbs = {bulb.group: lumen * burns for bulb, burns in zip(self.scene.bulbs, on, strict=True)}
         return {
-            self.scene.sun.name: illumination.sun_lux,
+            **{sun.name: illumination.sun_lux for sun in self.scene.suns},
             self.scene.sky.name: illumination.sky_lux,
             **bulbs,
         }
@@ -160,7 +160,7 @@ def light_colours(scene: Scene, cache: Path | None = None) -> Colours:
     """
     bulbs = {bulb.group: linear_srgb(bulb.illuminant, cache) for bulb in scene.bulbs}
     return {
-        scene.sun.name: linear_srgb(scene.sun.illuminant, cache),
+        **{sun.name: linear_srgb(sun.illuminant, cache) for sun in scene.suns},
         scene.sky.name: linear_srgb(scene.sky.illuminant, cache),
         **bulbs,
     }
