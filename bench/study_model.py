@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from bench.illumination_grid import Illumination, IlluminationGrid
-from bench.study_parts import Name, NotNegative, Part, Positive, Share
+from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive, Share
 from renderers.sensor_presets import PRESETS
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "FilterChoice",
     "Illumination",
     "IlluminationGrid",
+    "LampChoice",
     "NavigationTask",
     "OdometryNoise",
     "OpticsChoice",
@@ -30,6 +31,7 @@ __all__ = [
     "SceneChoice",
     "SensorChoice",
     "SlamChoice",
+    "SpotChoice",
     "Study",
     "TourChoice",
 ]
@@ -37,12 +39,39 @@ __all__ = [
 Celsius = Annotated[float, Field(ge=-50, le=150)]
 
 
+class SpotChoice(Part):
+    """Half angles of a spot's cone (`scenes.photometry.Photometry.spot`): full light within ``inner_deg``."""
+
+    inner_deg: float = Field(ge=0, lt=180)
+    outer_deg: float = Field(gt=0, le=180)
+
+
+class LampChoice(Part):
+    """What a study changes about all lamps of its scene; their lumen are `IlluminationGrid.bulb_lm`.
+
+    ``ies`` is the path of an IES LM-63 file, from the folder that the program is started in; of the file its
+    shape counts, not its lumen.
+    """
+
+    ies: str | None = None
+    spot: SpotChoice | None = None
+    illuminant: Illuminant | None = None
+    radius_m: float | None = Field(None, gt=0, le=1)
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> LampChoice:
+        if self.ies is not None and self.spot is not None:
+            raise ValueError("ies and spot both shape the light; leave one out")
+        return self
+
+
 class SceneChoice(Part):
-    """A scene of the library (`scenes.library`) and the parameters of its builder."""
+    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are."""
 
     name: Name = "corridor"
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
+    lamps: LampChoice = LampChoice()
 
 
 class OpticsChoice(Part):
@@ -205,7 +234,7 @@ class RenderedStudy(Part):
     camera: CameraChoice = CameraChoice()
     engine: Literal["auto", "rasterise", "raycast"] = "auto"
     sensor: SensorChoice = SensorChoice.model_validate({})
-    illuminations: IlluminationGrid = IlluminationGrid()
+    illuminations: IlluminationGrid = IlluminationGrid.model_validate({})
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()

@@ -11,22 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.rng import generator
-from bench.sequences import lamps
+from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
-from renderers.illuminant import linear_srgb
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
 from renderers.sensor_presets import PRESETS
 from renderers.truth import Recording, record
-from scenes import library
-from scenes.model import Scene
 from vslam.camera import Calibration, mounted
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
-Colours = dict[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -37,8 +33,8 @@ class SequenceSetup:
     ----------
     engine : str
         "rasterise" or "raycast", already resolved.
-    colours : dict of layer to (3,) float64
-        Linear sRGB of each layer's light.
+    colours : dict of illuminant to (3,) float64
+        Linear sRGB of each illuminant of the study (`bench.sequences.lighting.light_colours`).
     threads : int
         Of the ray caster in this process, 0 for all cores.
     cache : Path, optional
@@ -62,7 +58,7 @@ class RenderedSequence:
     def __init__(self, setup: SequenceSetup) -> None:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
-        self._as_built = _as_built(setup.study)
+        self._lighting = Lighting(setup.study, self.scene, as_built(setup.study), setup.colours)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
         self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
 
@@ -94,16 +90,18 @@ class RenderedSequence:
 
         The frame matters where lamps flicker.
         """
-        return relight(basis, self._intensity(illumination, frame), self._setup.colours)
+        lighting = self._lighting
+        return relight(basis, lighting.intensity(illumination, frame), lighting.colour(illumination))
 
     def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
         """Take the picture of a frame under an illumination."""
         diffuse, specular = self.relight(basis, illumination, frame)
+        lighting = self._lighting
         return record(
             self.sensor,
             diffuse,
             specular,
-            mean_white(basis, self._intensity(illumination, frame), self._setup.colours),
+            mean_white(basis, lighting.intensity(illumination, frame), lighting.colour(illumination)),
             generator(self.study.seed, "sensor", illumination.name, frame),
             self.study.sensor.highlight_threshold,
         )
@@ -115,55 +113,6 @@ class RenderedSequence:
         sigma = np.float32(noise.sigma_m_at_1m) * depth * depth
         reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
-
-    def _intensity(self, illumination: Illumination, frame: int) -> dict[str, float]:
-        lumen = illumination.bulb_lm * lamps.flicker(illumination, float(self.scene.tour.stamps[frame]))
-        on = lamps.burning(self._as_built, illumination, self.study.seed)
-        bulbs = {bulb.group: lumen * burns for bulb, burns in zip(self.scene.bulbs, on, strict=True)}
-        return {
-            self.scene.sun.name: illumination.sun_lux,
-            self.scene.sky.name: illumination.sky_lux,
-            **bulbs,
-        }
-
-
-def load_scene(study: RenderedStudy) -> Scene:
-    """The study's scene with the study's tour, and its lamps in as many layers as the study switches.
-
-    Raises
-    ------
-    BenchError
-        If the study switches a lamp that the scene does not have.
-    """
-    scene = _as_built(study)
-    states = [lamps.burning(scene, light, study.seed) for light in study.illuminations.grid()]
-    return lamps.split(scene, states)
-
-
-def _as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's own groups of lamps."""
-    return library.load(
-        study.scene.name,
-        **{
-            "seed": study.scene.seed,
-            "speed_mps": study.tour.speed_mps,
-            "frame_interval_s": study.tour.frame_interval_s,
-            **study.scene.parameters,
-        },
-    )
-
-
-def light_colours(scene: Scene, cache: Path | None = None) -> Colours:
-    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised.
-
-    With a ``cache`` folder the answers of colour-science are kept there, as its import takes seconds.
-    """
-    bulbs = {bulb.group: linear_srgb(bulb.illuminant, cache) for bulb in scene.bulbs}
-    return {
-        scene.sun.name: linear_srgb(scene.sun.illuminant, cache),
-        scene.sky.name: linear_srgb(scene.sky.illuminant, cache),
-        **bulbs,
-    }
 
 
 def camera(study: RenderedStudy) -> Camera:
