@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bench.camera_choice import CameraChoice, OpticsChoice
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive, Share
 from renderers.sensor_presets import PRESETS
@@ -72,34 +73,6 @@ class SceneChoice(Part):
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
     lamps: LampChoice = LampChoice()
-
-
-class OpticsChoice(Part):
-    """What the lens does to light (`renderers.optics`); nothing by default."""
-
-    vignetting: Literal["none", "natural"] = "none"
-    blur_px: float = Field(0.0, ge=0, le=50)
-    glare: float = Field(0.0, ge=0, lt=1)
-    glare_radius_px: Positive = 4.0
-
-
-class CameraChoice(Part):
-    """The robot's camera. 320 × 240 is Table 4-1; 150° across is its ±75°."""
-
-    model: Literal["fisheye", "pinhole"] = "fisheye"
-    width: int = Field(320, ge=16, le=4096)
-    height: int = Field(240, ge=16, le=4096)
-    fov_deg: float = Field(150.0, gt=0, lt=360)
-    height_m: Positive = 1.2
-    pitch_deg: float = Field(25.0, ge=-90, le=90)
-    supersampling: int = Field(1, ge=1, le=8)
-    optics: OpticsChoice = OpticsChoice()
-
-    @model_validator(mode="after")
-    def _pinhole_sees_less_than_half(self) -> CameraChoice:
-        if self.model == "pinhole" and self.fov_deg >= 180:
-            raise ValueError(f"fov_deg {self.fov_deg:g}: a pinhole camera needs less than 180")
-        return self
 
 
 class SensorChoice(Part):
@@ -231,7 +204,7 @@ class RenderedStudy(Part):
     description: str = ""
     seed: int = Field(0, ge=0)
     scene: SceneChoice = SceneChoice()
-    camera: CameraChoice = CameraChoice()
+    camera: CameraChoice = CameraChoice.model_validate({})
     engine: Literal["auto", "rasterise", "raycast"] = "auto"
     sensor: SensorChoice = SensorChoice.model_validate({})
     illuminations: IlluminationGrid = IlluminationGrid.model_validate({})
