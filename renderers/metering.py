@@ -89,16 +89,17 @@ def _until_mean(fill_rate: NDArray[np.float64], target: float, weights: NDArray[
     """Seconds at which the weighted mean of min(rate t, 1) is the target; infinite if it never is.
 
     Newton's steps from 0 rise to the solution and end on it: the mean is concave, piecewise linear in t.
+    Sums are NumPy's own, as BLAS adds in an order that depends on its threads.
     """
     channels = fill_rate.shape[-1]
     rate, share = fill_rate.reshape(-1), np.repeat(weights.reshape(-1) / channels, channels)
     weighted, seconds = share * rate, 0.0
     while True:
-        rising = (rate * seconds < 1).astype(np.float64)
-        slope = weighted @ rising
+        rising = rate * seconds < 1
+        slope = (weighted * rising).sum()
         if slope == 0:
             return np.inf
-        better = float((target - share @ (1 - rising)) / slope)
+        better = float((target - (share * ~rising).sum()) / slope)
         if better <= seconds * (1 + 1e-12):
             return seconds
         seconds = better

@@ -168,7 +168,14 @@ def mean_electrons(sensor: Sensor, luminance: F32, seconds: float) -> F32:
     seconds : float
         Exposure time.
     """
-    return luminance * (sensor.electrons_per_luminance * seconds).astype(np.float32)
+    height, width, _ = luminance.shape
+    factors = per_row(sensor.electrons_per_luminance * seconds, width)
+    return (luminance.reshape(height, -1) * factors).reshape(luminance.shape)
+
+
+def per_row(channels: NDArray[np.float64], width: int) -> F32:
+    """(width·3,) float32: a factor per channel, repeated along a row, as loops over whole rows are fast."""
+    return np.tile(channels.astype(np.float32), width)
 
 
 def expose(
