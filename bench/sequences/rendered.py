@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +18,7 @@ from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Mount
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
-from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
 from vslam.camera import Calibration, mounting
 from vslam.frame import Odometry
@@ -132,12 +132,14 @@ def calibration(study: RenderedStudy) -> Calibration:
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
-    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
+    sheet = {field.name: getattr(choice, field.name) for field in fields(Sheet)}
     return Sensor(
         **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        gain_db=choice.gain_db,
+        max_gain_db=choice.max_gain_db,
         metering=choice.metering,
         metering_target=choice.target,
         serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),
