@@ -13,10 +13,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.develop import look_up, tone_table
+from renderers.colour_filter_array import behind_filters
+from renderers.develop import develop, look_up, tone_table
 from renderers.gbuffer import F32
 from renderers.metering import Exposure, meter
-from renderers.sensor import Sensor, expose, mean_electrons, per_row
+from renderers.sensor import Sensor, digitise, expose, mean_electrons, per_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +28,15 @@ class Recording:
     ----------
     image : (H, W, 3) uint8
         The recorded picture, sRGB, with noise.
-    raw : (H, W, 3) uint16
+    raw : (H, W, 3) uint16; (H, W) of a mosaic
         Its digital numbers.
     full, diffuse : (H, W, 3) uint8
         The noise-free picture, and the same without the specular light: the restoration target.
     highlight : (H, W) bool
         Where ``full`` exceeds ``diffuse`` by at least the threshold in any channel.
     saturated : (H, W) bool
-        Where full well or ADC clip the noise-free signal in any channel.
+        Where full well or ADC clip the noise-free signal in any channel; behind a mosaic, in any that the
+        pixel would have without it.
     exposure : Exposure
     """
 
@@ -76,7 +78,10 @@ def record(
     """
     luminance = diffuse + specular
     exposure = exposure or meter(sensor, luminance, white)
+    sensor = sensor.amplified(exposure.gain_db)
     electrons = mean_electrons(sensor, luminance, exposure.seconds)
+    if not sensor.separable:
+        return _record_in_steps(sensor, diffuse, electrons, exposure, rng, threshold)
     raw = expose(sensor, electrons, rng, exposure.seconds)
     dark, ideal = sensor.dark_electrons(exposure.seconds), tone_table(sensor, exposure)
     full, without = np.empty(raw.shape, np.uint8), np.empty(raw.shape, np.uint8)
@@ -85,7 +90,7 @@ def record(
         _rows(electrons),
         _rows(diffuse),
         per_row(sensor.electrons_per_luminance * exposure.seconds, raw.shape[1]),
-        sensor.full_well_e,
+        sensor.saturation_e,
         sensor.gain_dn_per_e,
         sensor.black_level_dn,
         sensor.largest_dn,
@@ -103,6 +108,28 @@ def record(
 def _rows(picture: NDArray[Any]) -> NDArray[Any]:
     """(H, W·3): a picture's rows with the channels side by side."""
     return picture.reshape(len(picture), -1)
+
+
+def _record_in_steps(
+    sensor: Sensor,
+    diffuse: F32,
+    electrons: F32,
+    exposure: Exposure,
+    rng: np.random.Generator,
+    threshold: float,
+) -> Recording:
+    """Through mosaic and colour matrix, where a pixel's colour depends on more than its own numbers."""
+    array = sensor.colour_filter_array
+
+    def ideal(signal: F32) -> NDArray[np.uint8]:
+        return develop(sensor, digitise(sensor, behind_filters(array, signal)), exposure)
+
+    raw = expose(sensor, behind_filters(array, electrons), rng, exposure.seconds)
+    image = develop(sensor, raw, exposure, sensor.dark_electrons(exposure.seconds))
+    full, without = ideal(electrons), ideal(mean_electrons(sensor, diffuse, exposure.seconds))
+    highlight = np.any(full.astype(np.int16) - without >= threshold, axis=-1)
+    saturated = np.any(electrons >= sensor.saturation_e, axis=-1)
+    return Recording(image, raw, full, without, highlight, saturated, exposure)
 
 
 @njit(cache=True)
