@@ -62,7 +62,7 @@ def seen_from_above(renderer_of, scene):
 def test_rough_ball_mirrors_its_surroundings_evenly(renderer_of, scene_of, floor):
     """Under an even sky what a metal ball mirrors depends on the angle to its top alone.
 
-    A pixel on the ball that cast one ray of 16 would show their scatter about the horizon, where the sky ends.
+    A pixel that cast one ray of 16 would show their scatter about the horizon, where the sky ends.
     """
     ball = curved_surface("ball", GLOSSY_METAL, BALL)
     basis = seen_from_above(renderer_of, scene_of(floor(0.1), ball))

@@ -56,7 +56,7 @@ def test_sun_puts_highlights_into_some_picture(place):
     scene, bases = place
     shares = []
     for basis in bases:
-        diffuse, specular = lit(basis, sun=scene.sun.lux, sky=scene.sky.lux)
+        diffuse, specular = lit(basis, sun=scene.suns[0].lux, sky=scene.sky.lux)
         shares.append((specular[..., 1] > diffuse[..., 1]).mean())
     assert max(shares) > 0.002
     assert np.mean(shares) < 0.5

@@ -134,7 +134,7 @@ def test_sun_falls_in_and_leaves_shade(built, first_hit, place_name):
     x0, y0, x1, y1 = scene.bounds
     x, y = np.meshgrid(np.linspace(x0 + 0.05, x1 - 0.05, 120), np.linspace(y0 + 0.05, y1 - 0.05, 90))
     at = np.stack([x, y, np.full(x.shape, 0.002)], axis=-1)
-    _, name, _ = cast(at, scene.sun.direction)
+    _, name, _ = cast(at, scene.suns[0].direction)
     lit = name == "sky"
     assert 0.02 < lit.mean() < 0.6
     if OPEN_SIDES[place_name] == {"south"}:
