@@ -191,6 +191,7 @@ class _Folder:
                 "fy": view.fy,
                 "cx": view.cx,
                 "cy": view.cy,
+                "distortion": list(view.distortion),
                 "T_robot_camera": view.T_robot_camera.tolist(),
             },
             "poses": "groundtruth.txt holds T_world_camera = T_world_robot · T_robot_camera",

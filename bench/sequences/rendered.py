@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -10,16 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.camera_choice import camera
 from bench.rng import generator
 from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
-from renderers.camera import Camera, Fisheye, Mount, Pinhole
+from renderers.camera import Mount
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
-from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
-from vslam.camera import Calibration, mounted
+from vslam.camera import Calibration, mounting
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
@@ -70,7 +71,7 @@ class RenderedSequence:
         """The renderer of the scene; its baked light is made, or read from the cache, at first use."""
         return SceneRenderer(
             self.scene,
-            camera(self.study),
+            camera(self.study.camera),
             self._mount,
             self._setup.engine,
             self.study.camera.supersampling,
@@ -81,7 +82,7 @@ class RenderedSequence:
     def basis(self, frame: int) -> LightBasis:
         """The light basis at a frame's true pose, behind the camera's lens."""
         basis = self.renderer.render(self.scene.tour.poses[frame])
-        return basis_through_lens(self._optics, camera(self.study), basis)
+        return basis_through_lens(self._optics, camera(self.study.camera), basis)
 
     def relight(
         self, basis: LightBasis, illumination: Illumination, frame: int = 0
@@ -115,36 +116,30 @@ class RenderedSequence:
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
 
 
-def camera(study: RenderedStudy) -> Camera:
-    """The camera that the renderer looks through."""
-    choice = study.camera
-    model = Fisheye if choice.model == "fisheye" else Pinhole
-    return model(choice.width, choice.height, choice.fov_deg)
-
-
 def calibration(study: RenderedStudy) -> Calibration:
     """What the robot knows of its camera."""
     choice = study.camera
-    return mounted(
-        "equidistant" if choice.model == "fisheye" else "pinhole",
+    return Calibration(
+        choice.model,
         choice.width,
         choice.height,
-        choice.fov_deg,
-        choice.height_m,
-        0.0,
-        choice.pitch_deg,
+        **vars(camera(choice).intrinsics),
+        T_robot_camera=mounting(choice.height_m, 0.0, choice.pitch_deg),
+        distortion=choice.distortion,
     )
 
 
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
-    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
+    sheet = {field.name: getattr(choice, field.name) for field in fields(Sheet)}
     return Sensor(
         **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        gain_db=choice.gain_db,
+        max_gain_db=choice.max_gain_db,
         metering=choice.metering,
         metering_target=choice.target,
         serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),
