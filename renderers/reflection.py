@@ -108,7 +108,7 @@ class Reflection:
         def bring(part: slice, rows: I64, into: F32) -> None:
             ends = rows, self._rays[part], self._triangle[part], self._bary[part]
             of_mesh = self._mesh.triangles, self._mesh.surface
-            _bring(*ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit[:, part], into)
+            _bring(part.start, *ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit, into)
 
         def first(part: slice) -> None:
             bring(part, self.glossy[part], light)
@@ -230,6 +230,7 @@ def _fold(light: F32, more: F32, pixel: I64, first_weight: F32, weight: F32) -> 
 
 @njit(cache=True, nogil=True)
 def _bring(
+    start: int,
     rows: I64,
     rays: F32,
     triangle: I32,
@@ -243,7 +244,7 @@ def _bring(
     sunlit: F32,
     light: F32,
 ) -> None:
-    """What `Reflection.bring` says, for some of the rays."""
+    """What `Reflection.bring` says, for the rays from number ``start`` on."""
     for k in range(len(rows)):
         row, t = light[rows[k]], triangle[k]
         if t < 0:
@@ -258,7 +259,7 @@ def _bring(
         for layer in range(len(sky)):
             for channel in range(3):
                 j = 3 * layer + channel
-                lux = row[j] + sunlit[layer, k]
+                lux = row[j] + sunlit[layer, start + k]
                 row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
 
 
