@@ -46,6 +46,9 @@ class LightBasis:
         Surface index and landmark id, −1 for none.
     visible_share : (n,) float32
         Of each landmark of the scene, in its order: the share of its area in view and unoccluded.
+    mirror_depth : (H, W) float32
+        Depth of what glossy pixels mirror, whose image lies behind the surface, inf for the sky; elsewhere
+        ``depth``.
     """
 
     layers: tuple[str, ...]
@@ -55,6 +58,7 @@ class LightBasis:
     surface: I32
     landmark: I32
     visible_share: F32
+    mirror_depth: F32
 
 
 class SceneRenderer:
@@ -122,6 +126,7 @@ class SceneRenderer:
             surface=np.ascontiguousarray(gbuffer.surface[pick]),
             landmark=np.ascontiguousarray(shading.landmark[pick]),
             visible_share=self._visible_share(gbuffer),
+            mirror_depth=np.ascontiguousarray(shading.mirror_depth(self._mesh, self._caster)[pick]),
         )
 
     def close(self) -> None:
@@ -263,6 +268,19 @@ class _Shading:
                 HORIZON_Z,
             )
         return self._reflection
+
+    def mirror_depth(self, mesh: SceneMesh, caster: RayCaster) -> F32:
+        """(H, W) metres; see `LightBasis`. A lobe's mean is that of the inverse: images move with it."""
+        reflection = self.reflection(mesh, caster)
+        at = self.seen[reflection.glossy]
+        to_surface = self.gbuffer.distance.reshape(-1)[at]
+        beyond = np.linalg.norm(reflection.points - self.points[reflection.glossy[reflection.hit]], axis=1)
+        nearness = np.zeros((len(at), 3), dtype=np.float32)
+        nearness[reflection.hit] = (1 / (to_surface[reflection.hit] + beyond))[:, None]
+        depth = self.gbuffer.depth.copy()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth.reshape(-1)[at] /= to_surface * reflection.blurred(nearness)[:, 0]
+        return np.nan_to_num(depth, nan=0.0, posinf=np.inf)
 
 
 def _add_emission(picture: F32, gbuffer: GBuffer, mesh: SceneMesh, lights: list[UnitLight]) -> None:

@@ -245,7 +245,7 @@ class TestMeanWhite:
         diffuse = np.zeros((2, 4, 4, 3), np.float32)
         diffuse[0], diffuse[1] = 1.0, 3.0
         none = np.zeros((4, 4))
-        return LightBasis(("x", "y"), diffuse, 0 * diffuse, none, none, none, none)
+        return LightBasis(("x", "y"), diffuse, 0 * diffuse, none, none, none, none, none)
 
     def test_weights_colours_by_their_share_of_the_light(self):
         colour = {"x": np.array([1.0, 1.0, 1.0]), "y": np.array([2.0, 1.0, 0.0])}

@@ -1,0 +1,58 @@
+"""A study with motion blur: what the shutter changes, and what it leaves as it was."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.study_model import RenderedStudy
+
+STUDY = {
+    "sequence": "rendered",
+    "name": "moving",
+    "engine": "raycast",
+    "scene": {"parameters": {"laps": 0.05}},
+    "illuminations": {"sun_lux": [0, 20_000], "bulb_lm": [200]},
+    "tour": {"frame_interval_s": 0.5},
+}
+
+
+def sequence(**camera):
+    study = RenderedStudy.model_validate({**STUDY, "camera": {"width": 96, "height": 72, **camera}})
+    scene = load_scene(study)
+    return RenderedSequence(SequenceSetup(study, "raycast", light_colours(scene), 1, None))
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """One frame's basis, and the sequence without and with motion blur."""
+    still, moving = sequence(), sequence(optics={"motion_blur": True})
+    return still.basis(2), still, moving
+
+
+def test_exposure_is_metered_on_light_that_stands_still(pair):
+    basis, still, moving = pair
+    for light in still.study.illuminations.grid():
+        sharp, blurred = still.record(basis, light, 2), moving.record(basis, light, 2)
+        assert blurred.exposure.seconds == sharp.exposure.seconds
+
+
+def test_a_long_exposure_blurs_and_keeps_the_light(pair):
+    basis, still, moving = pair
+    night = still.study.illuminations.grid()[0]
+    assert still.record(basis, night, 2).exposure.seconds > 0.01
+    for sharp, blurred in zip(still.relight(basis, night, 2), moving.relight(basis, night, 2), strict=True):
+        assert blurred.mean() == pytest.approx(sharp.mean(), rel=0.02)
+    sharp, blurred = still.relight(basis, night, 2)[0], moving.relight(basis, night, 2)[0]
+    assert np.abs(np.diff(blurred, axis=0)).sum() < 0.97 * np.abs(np.diff(sharp, axis=0)).sum()
+
+
+def test_the_same_picture_again_and_in_another_order(pair):
+    """The kept velocities are those of the basis at hand."""
+    basis, still, moving = pair
+    night, day = moving.study.illuminations.grid()
+    first = moving.record(basis, night, 2).image
+    other = still.basis(0)
+    moving.record(other, day, 0)
+    np.testing.assert_array_equal(moving.record(basis, night, 2).image, first)
