@@ -45,3 +45,22 @@ class GenerateOptions:
     out: Path
     illuminations: tuple[str, ...] = ()
     frames: int | None = None
+
+
+@dataclass(frozen=True)
+class PreviewOptions:
+    """What `preview` shows of a scene.
+
+    Attributes
+    ----------
+    out : Path
+        The folder for the two pictures.
+    views : int
+        Poses, evenly spaced along the tour.
+    illuminations : tuple of str
+        Names out of the study's grid; empty means four of them.
+    """
+
+    out: Path
+    views: int = 4
+    illuminations: tuple[str, ...] = ()

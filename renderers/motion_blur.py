@@ -21,7 +21,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.camera import Camera, Mount, pixel_rays
-from renderers.gbuffer import F32
+from renderers.gbuffer import F32, GBuffer
+from renderers.lights import OFFSET_M
+from renderers.mesh import NOTHING, RayCaster
+from renderers.reflection import MIRROR_ROUGHNESS
+from renderers.surfaces import Surfaces
 
 F64 = NDArray[np.float64]
 
@@ -62,6 +66,19 @@ def image_velocity(camera: Camera, mount: Mount, twist: F64, depth: F32) -> F32:
         places.append(camera.project((rays - nearness * M[:3, 3]) @ M[:3, :3])[0])
     velocity = (places[0] - places[1]) / (2 * INSTANT_S)
     return np.nan_to_num(velocity, nan=0.0).astype(np.float32)
+
+
+def mirror_depth(gbuffer: GBuffer, surfaces: Surfaces, caster: RayCaster) -> F32:
+    """(H, W) metres; see `renderers.basis.LightBasis`. The lobe's middle stands for the lobe."""
+    depth = gbuffer.depth.copy()
+    flat, at = depth.reshape(-1), surfaces
+    glossy = np.flatnonzero((at.roughness <= MIRROR_ROUGHNESS) & (at.surface != NOTHING))
+    normal, eye = at.normal[glossy], at.to_eye[glossy]
+    away = 2 * np.einsum("nk,nk->n", normal, eye)[:, None] * normal - eye
+    rays = np.concatenate([at.points[glossy] + np.float32(OFFSET_M) * normal, away], axis=1)
+    beyond = caster.first_hit(np.ascontiguousarray(rays, dtype=np.float32))[1]
+    flat[glossy] *= 1 + beyond / gbuffer.distance.reshape(-1)[glossy]
+    return np.nan_to_num(depth, nan=0.0, posinf=np.inf)
 
 
 def motion_blurred(light: F32, velocity: F32, seconds: float) -> F32:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -12,25 +12,21 @@ from numpy.typing import NDArray
 
 from bench.camera_choice import camera
 from bench.rng import generator
-from bench.sequences import lamps
+from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Mount
-from renderers.illuminant import linear_srgb
 from renderers.metering import Exposure, meter
 from renderers.motion_blur import image_velocity, motion_blurred
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
-from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
-from scenes import library
-from scenes.model import Scene
 from scenes.tour import body_twist
 from vslam.camera import Calibration, mounting
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
-Colours = dict[str, FloatArray]
 Velocities = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
@@ -42,8 +38,8 @@ class SequenceSetup:
     ----------
     engine : str
         "rasterise" or "raycast", already resolved.
-    colours : dict of layer to (3,) float64
-        Linear sRGB of each layer's light.
+    colours : dict of illuminant to (3,) float64
+        Linear sRGB of each illuminant of the study (`bench.sequences.lighting.light_colours`).
     threads : int
         Of the ray caster in this process, 0 for all cores.
     cache : Path, optional
@@ -67,10 +63,9 @@ class RenderedSequence:
     def __init__(self, setup: SequenceSetup) -> None:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
-        self._as_built = _as_built(setup.study)
+        self._lighting = Lighting(setup.study, self.scene, as_built(setup.study), setup.colours)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
         self.sensor, self._optics = sensor(setup.study), _optics(setup.study)
-
         self._moving: tuple[LightBasis, Velocities] | None = None
 
     def __len__(self) -> int:
@@ -87,6 +82,7 @@ class RenderedSequence:
             self.study.camera.supersampling,
             self._setup.threads,
             self._setup.cache,
+            mirrored=self.study.camera.optics.motion_blur,
         )
 
     def basis(self, frame: int) -> LightBasis:
@@ -120,7 +116,10 @@ class RenderedSequence:
         self, basis: LightBasis, illumination: Illumination, frame: int
     ) -> tuple[NDArray, NDArray, FloatArray, Exposure]:
         """Diffuse and specular light while the shutter is open, its colour, and the metered exposure."""
-        intensity, colours = self._intensity(illumination, frame), self._setup.colours
+        intensity, colours = (
+            self._lighting.intensity(illumination, frame),
+            self._lighting.colour(illumination),
+        )
         diffuse, specular = relight(basis, intensity, colours)
         white = mean_white(basis, intensity, colours)
         exposure = meter(self.sensor, diffuse + specular, white)
@@ -150,55 +149,6 @@ class RenderedSequence:
         reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
 
-    def _intensity(self, illumination: Illumination, frame: int) -> dict[str, float]:
-        lumen = illumination.bulb_lm * lamps.flicker(illumination, float(self.scene.tour.stamps[frame]))
-        on = lamps.burning(self._as_built, illumination, self.study.seed)
-        bulbs = {bulb.group: lumen * burns for bulb, burns in zip(self.scene.bulbs, on, strict=True)}
-        return {
-            self.scene.sun.name: illumination.sun_lux,
-            self.scene.sky.name: illumination.sky_lux,
-            **bulbs,
-        }
-
-
-def load_scene(study: RenderedStudy) -> Scene:
-    """The study's scene with the study's tour, and its lamps in as many layers as the study switches.
-
-    Raises
-    ------
-    BenchError
-        If the study switches a lamp that the scene does not have.
-    """
-    scene = _as_built(study)
-    states = [lamps.burning(scene, light, study.seed) for light in study.illuminations.grid()]
-    return lamps.split(scene, states)
-
-
-def _as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's own groups of lamps."""
-    return library.load(
-        study.scene.name,
-        **{
-            "seed": study.scene.seed,
-            "speed_mps": study.tour.speed_mps,
-            "frame_interval_s": study.tour.frame_interval_s,
-            **study.scene.parameters,
-        },
-    )
-
-
-def light_colours(scene: Scene, cache: Path | None = None) -> Colours:
-    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised.
-
-    With a ``cache`` folder the answers of colour-science are kept there, as its import takes seconds.
-    """
-    bulbs = {bulb.group: linear_srgb(bulb.illuminant, cache) for bulb in scene.bulbs}
-    return {
-        scene.sun.name: linear_srgb(scene.sun.illuminant, cache),
-        scene.sky.name: linear_srgb(scene.sky.illuminant, cache),
-        **bulbs,
-    }
-
 
 def calibration(study: RenderedStudy) -> Calibration:
     """What the robot knows of its camera."""
@@ -221,12 +171,14 @@ def _optics(study: RenderedStudy) -> Optics:
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
-    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
+    sheet = {field.name: getattr(choice, field.name) for field in fields(Sheet)}
     return Sensor(
         **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        gain_db=choice.gain_db,
+        max_gain_db=choice.max_gain_db,
         metering=choice.metering,
         metering_target=choice.target,
         serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),

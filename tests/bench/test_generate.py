@@ -15,7 +15,8 @@ from bench.errors import BenchError
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.lighting import light_colours
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import RenderedStudy
 from renderers.camera import pixel_grid
 
@@ -36,7 +37,7 @@ def folder(short_study: RenderedStudy, cache_home: Path, tmp_path_factory: pytes
 
 @pytest.fixture(scope="module")
 def sequence(short_study: RenderedStudy, cache_home: Path) -> RenderedSequence:
-    colours = light_colours(load_scene(short_study))
+    colours = light_colours(short_study)
     return RenderedSequence(SequenceSetup(short_study, "raycast", colours, 0, cache_home / "glarebench"))
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bench.camera_choice import camera
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.lighting import light_colours
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import RenderedStudy
 from renderers.basis import SceneRenderer
 from renderers.camera import Mount
@@ -24,8 +25,7 @@ STUDY = {
 
 def sequence(**lens):
     study = RenderedStudy.model_validate({**STUDY, "camera": {"width": 96, "height": 72, **lens}})
-    scene = load_scene(study)
-    return RenderedSequence(SequenceSetup(study, "raycast", light_colours(scene), 1, None))
+    return RenderedSequence(SequenceSetup(study, "raycast", light_colours(study), 1, None))
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,9 @@ def pair():
     """One frame's basis, and the sequence without and with motion blur."""
     still, moving = sequence(), sequence(optics={"motion_blur": True})
     eye, mount = camera(still.study.camera), Mount()
-    renderer = SceneRenderer(still.scene, eye, mount, threads=1, quality=BakeQuality(16, 16, 0))
+    renderer = SceneRenderer(
+        still.scene, eye, mount, threads=1, quality=BakeQuality(16, 16, 0), mirrored=True
+    )
     return [renderer.render(still.scene.tour.poses[k]) for k in (0, 2)], still, moving
 
 

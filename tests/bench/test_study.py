@@ -150,7 +150,7 @@ def test_studies_are_immutable():
         ("sensor: {min_exposure_s: 2}", "sensor: min_exposure_s 2 exceeds max_exposure_s 0.033"),
         ("illuminations: {sun_lux: 5}", "illuminations.sun_lux: should be a list, not 5"),
         ("illuminations: {bulb_lm: []}", "illuminations.bulb_lm: "),
-        ("illuminations: {bulb_lm: [8, 8]}", "illuminations: sun_lux and bulb_lm: each value may stand once"),
+        ("illuminations: {bulb_lm: [8, 8]}", "illuminations: bulb_lm: 8 lm stands twice; each value may"),
         ("filters: [seed, seed]", "filters: the label 'seed' stands twice"),
         ("navigation: {pairs: 1.5}", "navigation.pairs: should be a whole number, not 1.5"),
         ("name: again", "not valid YAML: line 3, column 1: the key 'name' stands twice"),

@@ -88,7 +88,7 @@ def polished(floor, scene_of, renderer_of):
     discs = [Landmark(k, (0.7 + 0.5 * k, 0.3 * (-1) ** k), 0.12, white=k % 2 == 0) for k in range(4)]
     lamps = [Bulb((1.6, 0.4, 2.0), 1.0), Bulb((2.4, -0.8, 2.0), 1.0)]
     scene = scene_of(floor(6.0, material), bulbs=lamps, landmarks=discs)
-    return renderer_of(scene, CAMERA, Mount(), supersampling=3, quality=BakeQuality(16, 16, 0))
+    return renderer_of(scene, CAMERA, Mount(), supersampling=3, quality=BakeQuality(16, 16, 0), mirrored=True)
 
 
 @pytest.mark.parametrize(
