@@ -65,9 +65,14 @@ class LampChoice(Part):
 
 
 class SceneChoice(Part):
-    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are."""
+    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are.
+
+    ``seed`` is the builder's; with a ``split`` it counts that split's scenes (`scenes.splits`), so that what
+    is chosen on ``train`` can be judged on ``test``.
+    """
 
     name: Name = "corridor"
+    split: Literal["train", "test", "validation"] | None = None
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
     lamps: LampChoice = LampChoice()

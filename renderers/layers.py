@@ -90,8 +90,8 @@ class LayerShader:
         self._threads.over(len(surfaces.surface), work)
 
     def _sunlit(self, reflection: Reflection) -> F32:
-        """(L, g) lux of each layer's suns where the mirrored rays end."""
-        total = np.zeros((len(self._layers), len(reflection.glossy)), dtype=np.float32)
+        """(L, rays) lux of each layer's suns where the mirrored rays end."""
+        total = np.zeros((len(self._layers), len(reflection.points)), dtype=np.float32)
         for k, light in self._suns:
             to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
             lit = np.flatnonzero(lux)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers import paint
 from renderers.gbuffer import F32, I32, GBuffer
@@ -26,6 +27,8 @@ class Surfaces:
     base_color : (n, 3) float32
         As painted.
     roughness, metallic, specular : (n,) float32
+    curved : (n,) bool
+        Whether neighbours lie on another plane; undefined for the sky.
     corners : (n, 3) int32
         Vertices of the triangle, −1 for the sky.
     weights : (n, 3) float32
@@ -43,6 +46,7 @@ class Surfaces:
     roughness: F32
     metallic: F32
     specular: F32
+    curved: NDArray[np.bool_]
     corners: I32
     weights: F32
     landmark: I32
@@ -70,6 +74,7 @@ class Surfaces:
             roughness=table.roughness.take(surface, mode="clip"),
             metallic=table.metallic.take(surface, mode="clip"),
             specular=table.specular.take(surface, mode="clip"),
+            curved=mesh.curved.take(gbuffer.triangle.reshape(-1), mode="clip"),
             corners=corners,
             weights=weights,
             landmark=landmark,

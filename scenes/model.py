@@ -53,12 +53,32 @@ class Surface:
     ----------
     vertices : (n, 3) float64, metres
     triangles : (m, 3) int64, indices into ``vertices``
+    normals : (n, 3) float64, optional
+        Unit normals at the vertices of a curved surface, which is shaded with the normals between them.
+        Without them each triangle is flat.
+
+    Raises
+    ------
+    SceneError
+        If the normals are not one unit vector for each vertex.
     """
 
     name: str
     vertices: FloatArray
     triangles: IntArray
     material: Material
+    normals: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.normals is None:
+            return
+        if self.normals.shape != self.vertices.shape:
+            raise SceneError(
+                f"surface {self.name!r}: normals are {self.normals.shape}, vertices {self.vertices.shape}"
+            )
+        length = np.linalg.norm(self.normals, axis=1)
+        if not np.allclose(length, 1.0, atol=1e-3):
+            raise SceneError(f"surface {self.name!r}: its normals must have unit length")
 
 
 @dataclass(frozen=True)
@@ -208,6 +228,8 @@ class Scene:
         indoors, a day as many as it is looked at. An illumination weights at most one.
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
+    inlays : tuple of str
+        Surfaces let into the floor (z = 0) that carry them as well, such as a second colour of tile.
     paint_white, paint_black : (r, g, b)
         Linear reflectance of the landmark discs. Paint lies under the floor's polish: a disc changes the
         floor's base colour and keeps its gloss.
@@ -226,10 +248,14 @@ class Scene:
     paint_white: Rgb
     paint_black: Rgb
     bounds: tuple[float, float, float, float]
+    inlays: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):
             raise SceneError(f"scene {self.name!r}: its landmarks' ids must be 0, 1, 2 … in their order")
+        missing = {self.floor, *self.inlays} - {s.name for s in self.surfaces}
+        if missing:
+            raise SceneError(f"scene {self.name!r}: its floor {sorted(missing)[0]!r} is none of its surfaces")
         named = [self.sky.name, *(sun.name for sun in self.suns), *{bulb.group for bulb in self.bulbs}]
         for name in named:
             if named.count(name) > 1:

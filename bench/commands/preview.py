@@ -34,6 +34,7 @@ def preview(
 ) -> None:
     """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
     from bench import catalogue
+    from bench.another_place import in_scene
     from bench.errors import BenchError
     from bench.options import PreviewOptions
     from bench.progress import Bars
@@ -42,14 +43,7 @@ def preview(
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
-    choice = chosen.scene.model_copy(
-        update={
-            "name": scene,
-            "seed": chosen.scene.seed if seed is None else seed,
-            "parameters": chosen.scene.parameters if scene == chosen.scene.name else {},
-        }
-    )
-    chosen = chosen.model_copy(update={"scene": choice})
+    chosen = in_scene(chosen, scene, seed=seed)
     catalogue.check(chosen)
     from bench.preview.preview import preview as draw
 

@@ -15,6 +15,7 @@ from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
 from scenes.model import Scene, Sun
+from scenes.splits import seed_of
 
 FloatArray = NDArray[np.float64]
 Colours = dict[str, FloatArray]
@@ -38,10 +39,11 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 def as_built(study: RenderedStudy) -> Scene:
     """The scene with its builder's own sun and groups of lamps; the lamps fitted as the study has them."""
+    split, seed = study.scene.split, study.scene.seed
     scene = library.load(
         study.scene.name,
         **{
-            "seed": study.scene.seed,
+            "seed": seed if split is None else seed_of(split, seed),
             "speed_mps": study.tour.speed_mps,
             "frame_interval_s": study.tour.frame_interval_s,
             **study.scene.parameters,
