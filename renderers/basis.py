@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers import paint
+from renderers.appearance import at_pixels, materials_at
 from renderers.camera import Camera, Mount, T_world_robot
 from renderers.engine import make_engine
 from renderers.errors import RendererError
@@ -28,6 +29,9 @@ from renderers.reflection import Reflection
 from renderers.shade import shade_ambient, shade_light
 from renderers.shadows import lit_share, visible_shares
 from scenes.model import Scene
+
+MIRRORED_FOOTPRINT_M = 0.02
+"""What a mirrored ray sees of a texture: about a pixel of 8 mrad after 2.5 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +97,6 @@ class SceneRenderer:
         self._mesh = build_mesh(scene)
         self._caster = RayCaster(self._mesh.vertices, self._mesh.triangles, threads)
         self._lights = unit_lights(scene)
-        self._albedo = diffuse_albedo(self._mesh.materials)
         self._discs = paint.Discs.of(scene)
         self._samples = paint.disc_samples(self._discs)
         self._irradiance = load_or_bake(self._mesh, self._caster, list(self._lights.values()), cache, quality)
@@ -179,7 +182,7 @@ class SceneRenderer:
         for light in sunny:  # its patches have sharp edges
             lux += self._sunlit(light, reflection)[:, None]
         if self._bounces:
-            rays[reflection.hit] = self._albedo[self._mesh.surface[reflection.triangle]] * lux / np.pi
+            rays[reflection.hit] = shading.mirrored_albedo(self._mesh, reflection) * lux / np.pi
         gathered = ambient * np.float32(1 / np.pi)
         gathered[reflection.glossy] = reflection.blurred(rays)
         return gathered
@@ -208,6 +211,7 @@ class _Shading:
     seen : (n,) int64
         Their flat index in the picture.
     normal, to_eye, points : (n, 3) float32
+        The normal that is shaded with, tilted where a texture says so.
     material : base colour (n, 3) as painted, roughness, metallic, specular (n,) float32
     landmark : (H, W) int32
     """
@@ -217,7 +221,7 @@ class _Shading:
         self.seen = np.flatnonzero(gbuffer.triangle != NOTHING)
         triangle = gbuffer.triangle.reshape(-1)[self.seen]
         surface = mesh.surface[triangle]
-        self.normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
+        self._untilted = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
         self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
         self.points = np.ascontiguousarray(gbuffer.position.reshape(-1, 3)[self.seen])
         self._surface = surface
@@ -225,18 +229,20 @@ class _Shading:
         weights = np.column_stack([1 - bary.sum(axis=1), bary]).clip(min=0.0)  # no extrapolation past an edge
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
         self._corners = mesh.triangles[triangle]
-        table = mesh.materials
+        look = at_pixels(mesh, gbuffer, self.seen, self._weights)
+        self.normal, table = look.normal, look.materials
         base_color = np.zeros((*gbuffer.surface.shape, 3), dtype=np.float32)
-        base_color.reshape(-1, 3)[self.seen] = table.base_color[surface]
+        base_color.reshape(-1, 3)[self.seen] = table.base_color
         self.landmark = paint.paint(gbuffer, discs, base_color)
-        self.roughness = table.roughness[surface]
+        self.roughness = table.roughness
         self.material = (
             base_color.reshape(-1, 3)[self.seen],
             self.roughness,
-            table.metallic[surface],
-            table.specular[surface],
+            table.metallic,
+            table.specular,
         )
         self._reflection: Reflection | None = None
+        self._mirrored_albedo: F32 | None = None
 
     def interpolate(self, at_vertices: F32) -> F32:
         """(n, 3) values at the pixels from values at the mesh's vertices."""
@@ -245,7 +251,7 @@ class _Shading:
     def visible_shares(self, lights: list[DirectLight], lux: list[F32], caster: RayCaster) -> list[F32]:
         """(n,) share of each light's disc that each pixel's point sees."""
         shape = self.gbuffer.surface.shape
-        return visible_shares(lights, lux, self.points, self.normal, caster, self.seen, shape)
+        return visible_shares(lights, lux, self.points, self._untilted, caster, self.seen, shape)
 
     def reflection(self, mesh: SceneMesh, caster: RayCaster) -> Reflection:
         """The mirrored rays of glossy pixels, cast once."""
@@ -263,6 +269,13 @@ class _Shading:
                 HORIZON_Z,
             )
         return self._reflection
+
+    def mirrored_albedo(self, mesh: SceneMesh, reflection: Reflection) -> F32:
+        """(h, 3) albedo of the surfaces that the mirrored rays hit, looked up once."""
+        if self._mirrored_albedo is None:
+            hit = materials_at(mesh, reflection.triangle, reflection.weights, MIRRORED_FOOTPRINT_M)
+            self._mirrored_albedo = diffuse_albedo(hit)
+        return self._mirrored_albedo
 
 
 def _add_emission(picture: F32, gbuffer: GBuffer, mesh: SceneMesh, lights: list[UnitLight]) -> None:

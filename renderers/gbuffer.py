@@ -53,7 +53,8 @@ class GBuffer:
     distance : (H, W) float32
         Along the pixel's ray, metres; inf for the sky.
     position, normal : (H, W, 3) float32
-        Of the point seen; the normal faces the camera. Undefined for the sky.
+        Of the point seen; the normal faces the camera, and on curved surfaces lies between the vertices'.
+        Undefined for the sky.
     barycentric : (H, W, 2) float32
         Weights of the triangle's second and third vertex.
     surface : (H, W) int32
@@ -101,15 +102,40 @@ def fill(mesh: SceneMesh, view: View, engine: Engine) -> GBuffer:
     towards = np.einsum("hwc,hwc->hw", normal, view.directions, optimize=False)
     normal = np.where((towards > 0)[..., None], -normal, normal)
     position = view.origin + np.where(seen, distance, 0.0)[..., None].astype(np.float32) * view.directions
+    barycentric = _barycentric(mesh.vertices, mesh.triangles, triangle, position)
+    curved = seen & mesh.curved[index]
+    if curved.any():
+        normal[curved] = _between_vertices(
+            mesh, triangle[curved], barycentric[curved], normal[curved], view.directions[curved]
+        )
     return GBuffer(
         view=view,
         triangle=triangle,
         distance=distance,
         position=position,
         normal=normal,
-        barycentric=_barycentric(mesh.vertices, mesh.triangles, triangle, position),
+        barycentric=barycentric,
         surface=np.where(seen, mesh.surface[index], NOTHING).astype(np.int32),
     )
+
+
+def _between_vertices(mesh: SceneMesh, triangle: I32, barycentric: F32, flat: F32, rays: F32) -> F32:
+    """(n, 3) normals between the vertices', on the side of the flat ones; none faces away from its ray.
+
+    Parameters
+    ----------
+    triangle : (n,) int32
+    barycentric : (n, 2) float32
+    flat, rays : (n, 3) float32
+        Geometric normal towards the camera, and the camera's ray.
+    """
+    weights = np.column_stack([1 - barycentric.sum(axis=1), barycentric]).clip(min=0.0).astype(np.float32)
+    normal = interpolate(mesh.vertex_normals, mesh.triangles[triangle], weights)
+    normal *= np.sign(np.einsum("nk,nk->n", normal, flat))[:, None]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-6)
+    away = np.maximum(np.einsum("nk,nk->n", normal, rays), 0.0)[:, None]
+    normal -= away * rays  # at a silhouette: turned until it is seen edge-on
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-6))
 
 
 @njit(cache=True)

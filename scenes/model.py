@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.errors import SceneError
 from scenes.photometry import ISOTROPIC, Photometry
+from scenes.textures import Textures
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -53,12 +54,40 @@ class Surface:
     ----------
     vertices : (n, 3) float64, metres
     triangles : (m, 3) int64, indices into ``vertices``
+    normals : (n, 3) float64, optional
+        Unit normals at the vertices of a curved surface; light is shaded with the normal between them. Without
+        them each triangle is flat.
+    uv : (n, 2) float64, optional
+        Texture coordinates at the vertices: u to the right, v down.
+    textures : Textures, optional
+        What varies the material over ``uv``.
+
+    Raises
+    ------
+    SceneError
+        If the normals are not one unit vector for each vertex, or textures have no coordinates.
     """
 
     name: str
     vertices: FloatArray
     triangles: IntArray
     material: Material
+    normals: FloatArray | None = None
+    uv: FloatArray | None = None
+    textures: Textures | None = None
+
+    def __post_init__(self) -> None:
+        if self.textures is not None and (self.uv is None or self.uv.shape != (len(self.vertices), 2)):
+            raise SceneError(f"surface {self.name!r}: textures need (u, v) at each vertex")
+        if self.normals is None:
+            return
+        if self.normals.shape != self.vertices.shape:
+            raise SceneError(
+                f"surface {self.name!r}: normals are {self.normals.shape}, vertices {self.vertices.shape}"
+            )
+        length = np.linalg.norm(self.normals, axis=1)
+        if not np.allclose(length, 1.0, atol=1e-3):
+            raise SceneError(f"surface {self.name!r}: its normals must have unit length")
 
 
 @dataclass(frozen=True)
@@ -205,11 +234,15 @@ class Scene:
     ----------
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
+    inlays : tuple of str
+        Surfaces let into the floor (z = 0) that carry them as well, such as a second colour of tile.
     paint_white, paint_black : (r, g, b)
         Linear reflectance of the landmark discs. Paint lies under the floor's polish: a disc changes the
         floor's base colour and keeps its gloss.
     bounds : (x_min, y_min, x_max, y_max)
         Of the floor plan, metres.
+    notices : tuple of str
+        What the user should know about how the scene was made, a line each.
     """
 
     name: str
@@ -223,10 +256,15 @@ class Scene:
     paint_white: Rgb
     paint_black: Rgb
     bounds: tuple[float, float, float, float]
+    inlays: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):
             raise SceneError(f"scene {self.name!r}: its landmarks' ids must be 0, 1, 2 … in their order")
+        missing = {self.floor, *self.inlays} - {s.name for s in self.surfaces}
+        if missing:
+            raise SceneError(f"scene {self.name!r}: its floor {sorted(missing)[0]!r} is none of its surfaces")
 
     @cached_property
     def landmark_positions(self) -> FloatArray:
