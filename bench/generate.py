@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,8 @@ from bench.progress import Progress
 from bench.provenance import version
 from bench.rendered_run import prepared
 from bench.run_facts import RunFacts
-from bench.sequences.rendered import RenderedSequence, calibration, load_scene
+from bench.sequences.lighting import load_scene
+from bench.sequences.rendered import RenderedSequence, calibration
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
 from renderers.camera import T_world_robot
@@ -176,7 +178,7 @@ class _Folder:
         study, view = self._sequence.study, calibration(self._sequence.study)
         return {
             "scene": self._sequence.scene.name,
-            "illumination": vars(self._illumination),
+            "illumination": asdict(self._illumination),
             "frames": len(self._frames),
             "glarebench": version("glarebench"),
             "engine": self._facts.engine,
@@ -189,6 +191,7 @@ class _Folder:
                 "fy": view.fy,
                 "cx": view.cx,
                 "cy": view.cy,
+                "distortion": list(view.distortion),
                 "T_robot_camera": view.T_robot_camera.tolist(),
             },
             "poses": "groundtruth.txt holds T_world_camera = T_world_robot · T_robot_camera",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,11 @@ class LightBasis:
     surface: I32
     landmark: I32
     visible_share: F32
+
+    @cached_property
+    def mean_diffuse(self) -> NDArray[np.float64]:
+        """(L,) float64: mean of each layer's diffuse part, taken once for all illuminations."""
+        return np.array([layer.mean() for layer in self.diffuse], dtype=np.float64)
 
 
 class SceneRenderer:
@@ -332,16 +338,28 @@ def relight(
     return _weighted(basis.diffuse, weights), _weighted(basis.specular, weights)
 
 
-@njit(cache=True)
 def _weighted(layers: F32, weights: F32) -> F32:
     """(H, W, 3) sum of the (L, H, W, 3) layers, each channel by its (L, 3) weight."""
     count, height, width, _ = layers.shape
-    total = np.zeros((height, width, 3), dtype=np.float32)
-    for k in range(count):
-        for r in range(height):
-            for c in range(width):
-                for channel in range(3):
-                    total[r, c, channel] += weights[k, channel] * layers[k, r, c, channel]
+    total = _weighted_rows(layers.reshape(count, height, -1), np.tile(weights, (1, width)))
+    return total.reshape(height, width, 3)
+
+
+@njit(cache=True)
+def _weighted_rows(layers: F32, weights: F32) -> F32:
+    """Sum of (L, H, n) rows of values by (L, n) weights; a row of the sum stays in the fastest cache."""
+    count, height, values = layers.shape
+    total = np.zeros((height, values), dtype=np.float32)
+    for r in range(height):
+        row = total[r]
+        for k in range(0, count - 1, 2):  # two layers at a time halve the passes over the sum
+            a, b, weight_a, weight_b = layers[k, r], layers[k + 1, r], weights[k], weights[k + 1]
+            for j in range(values):
+                row[j] = row[j] + weight_a[j] * a[j] + weight_b[j] * b[j]
+        if count % 2:
+            last, weight = layers[count - 1, r], weights[count - 1]
+            for j in range(values):
+                row[j] += weight[j] * last[j]
     return total
 
 
@@ -352,9 +370,7 @@ def mean_white(
 
     What an ideal automatic white balance would find.
     """
-    share = np.array(
-        [intensity[layer] * float(basis.diffuse[k].mean()) for k, layer in enumerate(basis.layers)]
-    )
+    share = np.array([intensity[layer] for layer in basis.layers]) * basis.mean_diffuse
     if share.sum() == 0:
         return np.ones(3)
     colours = np.stack([colour[layer] for layer in basis.layers])

@@ -144,12 +144,12 @@ class SkyLight:
 
 
 def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:
-    """The scene's lights by layer: the sun, the sky, and each group of bulbs."""
-    sun = tuple(float(v) for v in scene.sun.direction)
-    layers: dict[str, list[UnitLight]] = {
-        scene.sun.name: [SunLight(scene.sun.name, (sun[0], sun[1], sun[2]))],
-        scene.sky.name: [SkyLight(scene.sky.name)],
-    }
+    """The scene's lights by layer: each sun, the sky, and each group of bulbs."""
+    layers: dict[str, list[UnitLight]] = {}
+    for sun in scene.suns:
+        x, y, z = (float(v) for v in sun.direction)
+        layers[sun.name] = [SunLight(sun.name, (x, y, z))]
+    layers[scene.sky.name] = [SkyLight(scene.sky.name)]
     for k, bulb in enumerate(scene.bulbs):
         layers.setdefault(bulb.group, []).append(
             BulbLight(f"{bulb.group} {k}", k, bulb.position, bulb.radius, bulb.aim, bulb.photometry)

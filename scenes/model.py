@@ -232,6 +232,9 @@ class Scene:
 
     Attributes
     ----------
+    suns : tuple of Sun
+        Each has a layer of the light basis of its own, under its name: a place has one sun, or none
+        indoors, a day as many as it is looked at. An illumination weights at most one.
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
     inlays : tuple of str
@@ -248,7 +251,7 @@ class Scene:
     name: str
     surfaces: tuple[Surface, ...]
     landmarks: tuple[Landmark, ...]
-    sun: Sun
+    suns: tuple[Sun, ...]
     sky: Sky
     bulbs: tuple[Bulb, ...]
     tour: Tour
@@ -265,6 +268,10 @@ class Scene:
         missing = {self.floor, *self.inlays} - {s.name for s in self.surfaces}
         if missing:
             raise SceneError(f"scene {self.name!r}: its floor {sorted(missing)[0]!r} is none of its surfaces")
+        named = [self.sky.name, *(sun.name for sun in self.suns), *{bulb.group for bulb in self.bulbs}]
+        for name in named:
+            if named.count(name) > 1:
+                raise SceneError(f"scene {self.name!r}: two lights are named {name!r}; rename one of them")
 
     @cached_property
     def landmark_positions(self) -> FloatArray:

@@ -101,13 +101,14 @@ def _lights(axes: Axes, scene: Scene) -> None:
         axes.scatter(
             x, y, s=36, marker="*", c=BULB, edgecolors="black", linewidths=0.5, zorder=4, label=label
         )
+    suns = [sun.direction[:2] for sun in scene.suns if sun.elevation_deg > 0 and sun.elevation_deg < 90]
     x0, y0, x1, y1 = scene.bounds
-    towards = scene.sun.direction[:2]
-    if scene.sun.elevation_deg > 0 and towards.any():
-        centre, reach = np.array([x0 + x1, y0 + y1]) / 2, 0.5 * np.hypot(x1 - x0, y1 - y0)
+    centre, reach = np.array([x0 + x1, y0 + y1]) / 2, 0.5 * np.hypot(x1 - x0, y1 - y0)
+    for towards in suns:
         unit = towards / np.linalg.norm(towards)
         arrow = {"arrowstyle": "-|>", "color": SUN, "linewidth": 2.0}
         axes.annotate("", centre + 0.2 * reach * unit, centre + 0.45 * reach * unit, arrowprops=arrow)
+    if suns:
         axes.plot([], [], color=SUN, linewidth=2, label="direction of sunlight")
 
 

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from bench.camera_choice import camera
 from bench.errors import BenchError
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, camera, light_colours, load_scene
+from bench.sequences.lighting import light_colours
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import RenderedStudy
 from renderers.camera import pixel_grid
 
@@ -35,7 +37,7 @@ def folder(short_study: RenderedStudy, cache_home: Path, tmp_path_factory: pytes
 
 @pytest.fixture(scope="module")
 def sequence(short_study: RenderedStudy, cache_home: Path) -> RenderedSequence:
-    colours = light_colours(load_scene(short_study))
+    colours = light_colours(short_study)
     return RenderedSequence(SequenceSetup(short_study, "raycast", colours, 0, cache_home / "glarebench"))
 
 
@@ -105,7 +107,8 @@ def test_the_ground_truth_is_the_camera_s_pose(folder: Path, sequence: RenderedS
     track = np.loadtxt(folder / "groundtruth.txt")
     np.testing.assert_allclose(track[:, 1:3], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8)
     np.testing.assert_allclose(track[:, 3], sequence.study.camera.height_m)
-    rays = camera(sequence.study).unproject(pixel_grid(camera(sequence.study)))
+    eye = camera(sequence.study.camera)
+    rays = eye.unproject(pixel_grid(eye))
     for frame in range(FRAMES):
         rotation = Rotation.from_quat(track[frame, 4:8]).as_matrix()
         z = _read(folder / f"depth/{frame:06d}.png") / 5000

@@ -219,6 +219,17 @@ class TestRelight:
         np.testing.assert_allclose(diffuse, layer(basis, "a")[0] * [20.0, 10.0, 5.0], rtol=1e-6)
         np.testing.assert_allclose(specular, layer(basis, "a")[1] * [20.0, 10.0, 5.0], rtol=1e-6)
 
+    @pytest.mark.parametrize("count", [1, 2, 3, 8])
+    def test_sums_any_number_of_layers(self, count):
+        rng = np.random.default_rng(count)
+        parts = rng.random((2, count, 5, 7, 3), dtype=np.float32)
+        none, names = np.zeros((5, 7)), tuple("abcdefgh"[:count])
+        intensity = dict(zip(names, rng.uniform(0, 9, count), strict=True))
+        colour = {name: rng.uniform(0.5, 1.5, 3) for name in names}
+        weights = np.array([intensity[name] * colour[name] for name in names])
+        lit = relight(LightBasis(names, *parts, none, none, none, none), intensity, colour)
+        np.testing.assert_allclose(lit, np.einsum("plhwc,lc->phwc", parts, weights), rtol=1e-5)
+
     def test_no_light_is_black(self, basis):
         diffuse, specular = relight(basis, dict.fromkeys(basis.layers, 0.0), colours(basis))
         assert not diffuse.any() and not specular.any()
