@@ -179,7 +179,7 @@ class SceneRenderer:
         Bulbs are left out of the rays: their image is the highlight of `shade_light`.
         """
         reflection = shading.reflection(self._mesh, self._caster)
-        rays = np.zeros((len(reflection.glossy), 3), dtype=np.float32)
+        rays = np.zeros((reflection.rays, 3), dtype=np.float32)
         sky = sum(light.luminance for light in lights if isinstance(light, SkyLight))
         rays[reflection.sky] = sky
         sunny = [light for light in lights if isinstance(light, SunLight)]
@@ -230,7 +230,7 @@ class _Shading:
         self._untilted = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
         self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
         self.points = np.ascontiguousarray(gbuffer.position.reshape(-1, 3)[self.seen])
-        self._surface = surface
+        self._surface, self._curved = surface, mesh.curved[triangle]
         bary = gbuffer.barycentric.reshape(-1, 2)[self.seen]
         weights = np.column_stack([1 - bary.sum(axis=1), bary]).clip(min=0.0)  # no extrapolation past an edge
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
@@ -270,6 +270,7 @@ class _Shading:
                 self.to_eye,
                 self.roughness,
                 self._surface,
+                self._curved,
                 self.seen,
                 self.gbuffer.surface.shape,
                 HORIZON_Z,

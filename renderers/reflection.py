@@ -3,13 +3,15 @@
 Each pixel samples its lobe of visible normals (Heitz 2018) at one of 16 fixed points, neighbours at different
 ones, and the mean over 4 × 4 pixels of one plane holds all 16 (interleaved sampling with a discontinuity
 buffer, Keller & Heidrich 2001). Light is weighted as the lobe reflects it and normalised, so that uniform
-surroundings are mirrored exactly; how much is reflected says `renderers.lobe_albedo`.
+surroundings are mirrored exactly; how much is reflected says `renderers.lobe_albedo`. On a curved surface no
+neighbour shares the plane: its pixels cast all 16 rays themselves.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I32, I64
 from renderers.lights import OFFSET_M, tangents
@@ -23,6 +25,8 @@ MIRROR_ROUGHNESS = 0.4
 SHARP_ROUGHNESS = 0.1
 """Smoother surfaces mirror sharply: their lobe is about a pixel wide."""
 
+LOBE_POINTS = 16
+
 SAME_PLANE = 0.999
 """Least cosine between the normals of pixels whose rays are averaged."""
 
@@ -34,8 +38,10 @@ class Reflection:
     ----------
     glossy : (g,) int64
         Which of the shaded pixels mirror anything.
+    rays : int
+        How many they cast: one each, in their order, and more from those on curved surfaces.
     hit, sky : (h,), (s,) int64
-        Which of the glossy pixels' rays hit a surface, and which leave the scene.
+        Which of the rays hit a surface, and which leave the scene.
     triangle : (h,) int32
     weights : (h, 3) float32
         Barycentric, of the triangle's corners.
@@ -51,18 +57,25 @@ class Reflection:
         to_eye: F32,
         roughness: F32,
         surface: I32,
+        curved: NDArray[np.bool_],
         pixels: I64,
         shape: tuple[int, int],
         horizon_z: float,
     ) -> None:
         self.glossy = np.flatnonzero(roughness <= MIRROR_ROUGHNESS)
-        at = points[self.glossy]
         self._normal, self._surface = normals[self.glossy], surface[self.glossy]
         self._pixels, self._shape = pixels[self.glossy], shape
         self._rough = roughness[self.glossy]
-        u, w = _lobe_points()[interleaved(shape)[self._pixels]].T.copy()
-        rays, self._weight = _lobe_rays(self._normal, to_eye[self.glossy], self._rough, u, w)
-        origins = at + np.float32(OFFSET_M) * self._normal
+        blurry = self._rough > SHARP_ROUGHNESS
+        self._alone = curved[self.glossy] | ~blurry
+        first = interleaved(shape)[self._pixels]
+        more = np.flatnonzero(curved[self.glossy] & blurry)
+        others = (first[more, None] + np.arange(1, LOBE_POINTS)) % LOBE_POINTS
+        self._from = np.concatenate([np.arange(len(self.glossy)), np.repeat(more, LOBE_POINTS - 1)])
+        self.rays, of = len(self._from), self.glossy[self._from]
+        u, w = _lobe_points()[np.concatenate([first, others.reshape(-1)])].T.copy()
+        rays, self._weight = _lobe_rays(normals[of], to_eye[of], roughness[of], u, w)
+        origins = points[of] + np.float32(OFFSET_M) * normals[of]
         triangle, distance, bary = caster.nearest(origins, rays)
         self.hit = np.flatnonzero(triangle != NOTHING)
         self.sky = np.flatnonzero((triangle == NOTHING) & (rays[:, 2] > horizon_z))
@@ -75,25 +88,35 @@ class Reflection:
         self.normals = np.where(away[:, None], -facing, facing).astype(np.float32)
 
     def blurred(self, luminance: F32) -> F32:
-        """(g, 3) mean over each pixel's 4 × 4 neighbours on its plane of what (g, 3) rays bring."""
+        """What each pixel mirrors, (g, 3), of what the rays bring, (rays, 3).
+
+        The mean over its own rays, or over those of its 4 × 4 neighbours on its plane.
+        """
+        count = len(self.glossy)
+        weight = np.bincount(self._from, self._weight, count).astype(np.float32)
+        if self.rays > count:
+            mine = [np.bincount(self._from, self._weight * luminance[:, c], count) for c in range(3)]
+            luminance = (np.stack(mine, axis=-1) / np.maximum(weight, 1e-12)[:, None]).astype(np.float32)
         slot = np.full(self._shape[0] * self._shape[1], NOTHING, dtype=np.int32)
         slot[self._pixels] = np.arange(len(self._pixels))
         return _blur(
             luminance,
-            self._weight,
+            weight,
             slot.reshape(self._shape),
             self._pixels,
             self._normal,
             self._surface,
-            self._rough,
+            self._alone,
         )
 
 
 def _lobe_points() -> F32:
     """(16, 2) float32: Hammersley's points in the unit square."""
-    k = np.arange(16)
+    k = np.arange(LOBE_POINTS)
     reversed_bits = sum(((k >> b) & 1) << (3 - b) for b in range(4))
-    return np.stack([(k + 0.5) / 16, (reversed_bits + 0.5) / 16], axis=-1).astype(np.float32)
+    return np.stack([(k + 0.5) / LOBE_POINTS, (reversed_bits + 0.5) / LOBE_POINTS], axis=-1).astype(
+        np.float32
+    )
 
 
 @njit(cache=True)
@@ -137,13 +160,13 @@ def _blur(
     pixels: I64,
     normal: F32,
     surface: I32,
-    roughness: F32,
+    alone: NDArray[np.bool_],
 ) -> F32:
     """Mean with taps ½ 1 1 1 ½ in rows and columns, which counts each of the 16 numbers once."""
     height, width = slot.shape
     mean = np.zeros_like(luminance)
     for i in range(len(pixels)):
-        if roughness[i] <= SHARP_ROUGHNESS:
+        if alone[i]:
             mean[i] = luminance[i]
             continue
         row, column = pixels[i] // width, pixels[i] % width

@@ -55,8 +55,8 @@ class Surface:
     vertices : (n, 3) float64, metres
     triangles : (m, 3) int64, indices into ``vertices``
     normals : (n, 3) float64, optional
-        Unit normals at the vertices of a curved surface; light is shaded with the normal between them. Without
-        them each triangle is flat.
+        Unit normals at the vertices of a curved surface, which is shaded with the normals between them.
+        Without them each triangle is flat.
     uv : (n, 2) float64, optional
         Texture coordinates at the vertices: u to the right, v down.
     textures : Textures, optional
