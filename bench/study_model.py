@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from bench.camera_choice import CameraChoice, OpticsChoice
+from bench.file_scene import FileScene, name_of
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive, Share
 from renderers.sensor_presets import PRESETS
@@ -22,6 +23,7 @@ __all__ = [
     "CameraChoice",
     "DepthNoise",
     "DlrStudy",
+    "FileScene",
     "FilterChoice",
     "Illumination",
     "IlluminationGrid",
@@ -70,12 +72,32 @@ class LampChoice(Part):
 
 
 class SceneChoice(Part):
-    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are."""
+    """A scene of the library (`scenes.library`) with the parameters of its builder, or one out of a ``file``;
+    and what its lamps are. A file's scene is named after the file unless it has a ``name``.
+    """
 
     name: Name = "corridor"
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
+    file: FileScene | None = None
     lamps: LampChoice = LampChoice()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_after_file(cls, value: Any) -> Any:
+        if not isinstance(value, dict) or "name" in value or value.get("file") is None:
+            return value
+        file = value["file"]
+        path = file.get("path") if isinstance(file, dict) else file
+        return {**value, "name": name_of(path)} if isinstance(path, str) else value
+
+    @model_validator(mode="after")
+    def _parameters_of_library(self) -> SceneChoice:
+        if self.file is not None and self.parameters:
+            raise ValueError(
+                "parameters are those of a scene of the library; a file has its own keys under file"
+            )
+        return self
 
 
 class SensorChoice(Part):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I32, I64, GBuffer, View
 from renderers.mesh import MaterialTable, SceneMesh
@@ -24,10 +25,13 @@ class Appearance:
     materials : MaterialTable
     normal : (n, 3) float32
         Unit; as given, or tilted by a normal texture.
+    tilted : (n,) bool
+        Which a normal texture tilts.
     """
 
     materials: MaterialTable
     normal: F32
+    tilted: NDArray[np.bool_]
 
 
 def at_pixels(mesh: SceneMesh, gbuffer: GBuffer, pixels: I64, weights: F32) -> Appearance:
@@ -44,11 +48,12 @@ def at_pixels(mesh: SceneMesh, gbuffer: GBuffer, pixels: I64, weights: F32) -> A
     surface, table, store = mesh.surface[triangle], mesh.materials, mesh.textures
     columns = [table.base_color[surface], table.roughness[surface], table.metallic[surface]]
     normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[pixels])
+    tilted = store.normal[surface] != NO_TEXTURE
     if not store.empty:
         steps = _pixel_steps(mesh, gbuffer, pixels, triangle)
         uv = _uv(mesh, triangle, weights)
         _vary(mesh, surface, columns, uv, *steps)
-        which = np.flatnonzero(store.normal[surface] != NO_TEXTURE)
+        which = np.flatnonzero(tilted)
         if len(which):
             texture = store.normal[surface[which]]
             tangent = store.sample(texture, uv[which], steps[0][which], steps[1][which]) * 2 - 1
@@ -58,7 +63,8 @@ def at_pixels(mesh: SceneMesh, gbuffer: GBuffer, pixels: I64, weights: F32) -> A
             normal[which] = _tilted(
                 mesh.vertices, mesh.uv, mesh.triangles[triangle[which]], normal[which], to_eye, tangent, scale
             )
-    return Appearance(MaterialTable(columns[0], columns[1], columns[2], table.specular[surface]), normal)
+    materials = MaterialTable(columns[0], columns[1], columns[2], table.specular[surface])
+    return Appearance(materials, normal, tilted)
 
 
 def materials_at(mesh: SceneMesh, triangle: I32, weights: F32, footprint_m: float) -> MaterialTable:
@@ -144,9 +150,7 @@ def _ray_steps(view: View) -> tuple[F32, F32]:
 
 
 @njit(cache=True)
-def _steps(
-    vertices: F32, uv: F32, corners: I32, normal: F32, distance: F32, rays: F32, turned: F32
-) -> F32:
+def _steps(vertices: F32, uv: F32, corners: I32, normal: F32, distance: F32, rays: F32, turned: F32) -> F32:
     """Ray differentials (Igehy 1999) at the triangles: how (u, v) changes when the ray turns, (n, 2)."""
     steps = np.zeros((len(corners), 2), dtype=np.float32)
     for i in range(len(corners)):
@@ -173,9 +177,7 @@ def _steps(
 
 
 @njit(cache=True)
-def _tilted(
-    vertices: F32, uv: F32, corners: I32, normal: F32, to_eye: F32, tangent: F32, scale: F32
-) -> F32:
+def _tilted(vertices: F32, uv: F32, corners: I32, normal: F32, to_eye: F32, tangent: F32, scale: F32) -> F32:
     """Normals of tangent space in the world: x along ∂P/∂u, y against ∂P/∂v (glTF's v runs down), z the normal.
 
     One that would face away from the eye is turned until it is seen edge-on.

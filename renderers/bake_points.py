@@ -62,7 +62,7 @@ def bake_points(positions: F32, normals: F32, most: int = MOST_POINTS) -> BakePo
     features = np.concatenate([positions / cell, FACING * normals], axis=1)
     count = min(NEIGHBOURS, len(chosen))
     distance, near = cKDTree(features[chosen]).query(features, k=count, workers=-1)
-    distance, near = distance.reshape(n, count), near.reshape(n, count)
+    distance, near = np.reshape(distance, (n, count)), np.reshape(near, (n, count))
     weight = 1 / (distance**2 + 1e-3)  # a chosen vertex keeps its own light nearly
     weight /= weight.sum(axis=1, keepdims=True)
     rows = np.repeat(np.arange(n), count)

@@ -230,13 +230,14 @@ class _Shading:
         self._untilted = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[self.seen])
         self.to_eye = np.ascontiguousarray(-gbuffer.view.directions.reshape(-1, 3)[self.seen])
         self.points = np.ascontiguousarray(gbuffer.position.reshape(-1, 3)[self.seen])
-        self._surface, self._curved = surface, mesh.curved[triangle]
+        self._surface = surface
         bary = gbuffer.barycentric.reshape(-1, 2)[self.seen]
         weights = np.column_stack([1 - bary.sum(axis=1), bary]).clip(min=0.0)  # no extrapolation past an edge
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
         self._corners = mesh.triangles[triangle]
         look = at_pixels(mesh, gbuffer, self.seen, self._weights)
         self.normal, table = look.normal, look.materials
+        self._curved = mesh.curved[triangle] | look.tilted
         base_color = np.zeros((*gbuffer.surface.shape, 3), dtype=np.float32)
         base_color.reshape(-1, 3)[self.seen] = table.base_color
         self.landmark = paint.paint(gbuffer, discs, base_color)

@@ -207,7 +207,9 @@ class _Gather:
         parts = np.array_split(np.arange(len(self._points)), max(1, len(self._points) // CAST_AT_ONCE))
         found = [self._cast_part(mesh, rays, part) for part in parts]
         counts = np.concatenate([count for *_, count in found])  # of hits, by point
-        triangle, weights, points, normals = (np.concatenate(column) for column in list(zip(*found, strict=True))[:4])
+        triangle, weights, points, normals = (
+            np.concatenate(column) for column in list(zip(*found, strict=True))[:4]
+        )
         total, n = len(triangle), len(self._points)
         at_vertices = sparse.csr_matrix(
             (weights.ravel(), mesh.triangles[triangle].ravel(), np.arange(0, 3 * total + 1, 3)),

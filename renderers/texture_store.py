@@ -85,7 +85,8 @@ class TextureStore:
                     wraps.append((WRAPS.index(texture.wrap[0]), WRAPS.index(texture.wrap[1])))
                 columns[row, s] = known[key]
         texels, levels = _packed(pyramids)
-        return TextureStore(texels, levels, np.array(wraps, dtype=np.int32).reshape(-1, 2), *columns, scale)
+        wrap = np.array(wraps, dtype=np.int32).reshape(-1, 2)
+        return TextureStore(texels, levels, wrap, columns[0], columns[1], columns[2], scale)
 
     def digest(self) -> bytes:
         """Of the content: caches tell scenes apart by it."""
@@ -168,7 +169,9 @@ def _sample(
         lod = np.log2(max(longer / taps, 1.0))
         for tap in range(taps):
             along = (tap + 0.5) / taps - 0.5
-            r, g, b = _trilinear(texels, levels[k], wrap[k], uv[i, 0] + along * du, uv[i, 1] + along * dv, lod)
+            r, g, b = _trilinear(
+                texels, levels[k], wrap[k], uv[i, 0] + along * du, uv[i, 1] + along * dv, lod
+            )
             values[i, 0] += r
             values[i, 1] += g
             values[i, 2] += b
@@ -194,7 +197,9 @@ def _trilinear(
 
 
 @njit(cache=True)
-def _bilinear(texels: U16, level: NDArray[np.int64], wrap: I32, u: float, v: float) -> tuple[float, float, float]:
+def _bilinear(
+    texels: U16, level: NDArray[np.int64], wrap: I32, u: float, v: float
+) -> tuple[float, float, float]:
     first, width, height = level
     x, y = u * width - 0.5, v * height - 0.5
     column, row = int(np.floor(x)), int(np.floor(y))

@@ -76,15 +76,18 @@ def obstacles(
         int(np.ceil((y1 + margin - origin[1]) / resolution)),
         int(np.ceil((x1 + margin - origin[0]) / resolution)),
     )
+    far = origin + resolution * np.array(shape[::-1])
+    box = np.array([[*origin, height_m[0]], [*far, height_m[1]]])
     blocked, spacing = np.zeros(shape, dtype=bool), resolution / 3
     for surface in surfaces:
         corners = surface.vertices[surface.triangles]
-        low, high = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)
-        inside = (low >= height_m[0]) & (high <= height_m[1])
-        for triangles in _by_size(corners[inside][..., :2], spacing):
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        wholly = ((low >= box[0]) & (high <= box[1])).all(axis=1)
+        partly = ((high >= box[0]) & (low <= box[1])).all(axis=1) & ~wholly
+        for triangles in _by_size(corners[wholly][..., :2], spacing):
             _mark(blocked, origin, resolution, triangles)
-        for triangle in corners[~inside & (high >= height_m[0]) & (low <= height_m[1])]:
-            _mark(blocked, origin, resolution, _sample(_clip(triangle, *height_m), spacing))
+        for triangle in corners[partly]:
+            _mark(blocked, origin, resolution, _sample(_clip(triangle, box), spacing))
     return blocked, origin
 
 
@@ -106,17 +109,18 @@ def _by_size(triangles: FloatArray, spacing: float) -> Iterator[FloatArray]:
             yield part[:, :1] + weight @ (part[:, 1:] - part[:, :1])
 
 
-def _clip(polygon: FloatArray, low: float, high: float) -> FloatArray:
-    """Cut a polygon to low ≤ z ≤ high (Sutherland–Hodgman)."""
-    for sign, level in ((1.0, low), (-1.0, -high)):
-        kept: list[FloatArray] = []
-        for p, q in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-            a, b = sign * p[2] - level, sign * q[2] - level
-            if a >= 0:
-                kept.append(p)
-            if (a >= 0) != (b >= 0):
-                kept.append(p + (q - p) * a / (a - b))
-        polygon = np.array(kept).reshape(-1, 3)
+def _clip(polygon: FloatArray, box: FloatArray) -> FloatArray:
+    """Cut a polygon to a box, (2, 3) lowest and highest corner (Sutherland–Hodgman)."""
+    for axis in range(3):
+        for sign, level in ((1.0, box[0, axis]), (-1.0, -box[1, axis])):
+            kept: list[FloatArray] = []
+            for p, q in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+                a, b = sign * p[axis] - level, sign * q[axis] - level
+                if a >= 0:
+                    kept.append(p)
+                if (a >= 0) != (b >= 0):
+                    kept.append(p + (q - p) * a / (a - b))
+            polygon = np.array(kept).reshape(-1, 3)
     return polygon
 
 

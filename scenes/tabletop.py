@@ -80,7 +80,7 @@ def build(
         name="tabletop",
         surfaces=(*_shell(room, stream(seed, "tabletop", "walls")), *furniture),
         landmarks=_landmarks(x, y, stream(seed, "tabletop", "landmarks"), furniture),
-        sun=Sun(azimuth_deg=172.0, elevation_deg=24.0, lux=30_000.0),
+        suns=(Sun(azimuth_deg=172.0, elevation_deg=24.0, lux=30_000.0),),
         sky=Sky(lux=4_000.0),
         bulbs=_bulbs(room),
         tour=orbit((x, y), ORBIT_M, laps, speed_mps, frame_interval_s),

@@ -59,7 +59,9 @@ def follow(way: FloatArray, closed: bool, laps: float, speed_mps: float, interva
         If speed, interval or laps are not positive.
     """
     if not all(0 < value < np.inf for value in (speed_mps, interval_s, laps)):
-        raise SceneError(f"tour: speed {speed_mps} m/s, interval {interval_s} s and {laps} laps must be positive")
+        raise SceneError(
+            f"tour: speed {speed_mps} m/s, interval {interval_s} s and {laps} laps must be positive"
+        )
     corners = np.concatenate([way, way[:1]]) if closed else way
     segment = np.diff(corners, axis=0)
     heading = np.unwrap(np.arctan2(segment[:, 1], segment[:, 0]))

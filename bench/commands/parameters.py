@@ -11,6 +11,14 @@ import typer
 StudyOption = Annotated[
     str, typer.Option("--study", metavar="NAME|FILE", help="A packaged study, or a study file (YAML).")
 ]
+SceneOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scene",
+        metavar="NAME|FILE",
+        help="Instead of the study's: a name, or a glTF file. (Default: the study's.)",
+    ),
+]
 DataOption = Annotated[
     Path | None,
     typer.Option(

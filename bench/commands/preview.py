@@ -13,7 +13,7 @@ EXAMPLE = "Example: python -m bench preview corridor"
 
 
 def preview(
-    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library.")],
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library, or a glTF file.")],
     study: StudyOption = "quick",
     views: Annotated[int, typer.Option("--views", min=1, metavar="N", help="Along the tour.")] = 4,
     illumination: Annotated[
@@ -37,19 +37,14 @@ def preview(
     from bench.errors import BenchError
     from bench.options import PreviewOptions
     from bench.progress import Bars
-    from bench.study import RenderedStudy, load
+    from bench.study import RenderedStudy, load, with_scene
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
-    choice = chosen.scene.model_copy(
-        update={
-            "name": scene,
-            "seed": chosen.scene.seed if seed is None else seed,
-            "parameters": chosen.scene.parameters if scene == chosen.scene.name else {},
-        }
-    )
-    chosen = chosen.model_copy(update={"scene": choice})
+    chosen = with_scene(chosen, scene)
+    if seed is not None:
+        chosen = chosen.model_copy(update={"scene": chosen.scene.model_copy(update={"seed": seed})})
     catalogue.check(chosen)
     from bench.preview.preview import preview as draw
 

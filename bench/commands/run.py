@@ -11,6 +11,7 @@ import typer
 from bench.commands.parameters import (
     DataOption,
     ResultsOption,
+    SceneOption,
     StudyOption,
     WorkersOption,
     command_line,
@@ -33,6 +34,7 @@ class EngineName(StrEnum):
 
 def run(
     study: StudyOption = "quick",
+    scene: SceneOption = None,
     data: DataOption = None,
     out: ResultsOption = Path("results"),
     workers: WorkersOption = None,
@@ -50,9 +52,9 @@ def run(
     from bench.errors import BenchError
     from bench.options import RunOptions
     from bench.progress import Bars
-    from bench.study import load
+    from bench.study import load, with_scene
 
-    chosen = _override(load(study), engine, seed)
+    chosen = _override(with_scene(load(study), scene), engine, seed)
     if data is not None and chosen.sequence != "dlr":
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     catalogue.check(chosen)

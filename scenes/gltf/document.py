@@ -181,7 +181,9 @@ def read(path: Path) -> Document:
         raise SceneError(f"{path}: glTF version {version}; export the scene as glTF 2.0")
     unknown = sorted(set(content.get("extensionsRequired", [])) - SUPPORTED)
     if unknown:
-        raise SceneError(f"{path}: requires the extension {unknown[0]}; export without compression and extras")
+        raise SceneError(
+            f"{path}: requires the extension {unknown[0]}; export without compression and extras"
+        )
     return Document(path, content, embedded)
 
 

@@ -51,7 +51,9 @@ class Images:
         return picture[..., 3] if picture.shape[2] == 4 else None
 
     def _picture(self, texture: dict[str, Any], material: str) -> Picture:
-        source = texture.get("source", texture.get("extensions", {}).get("EXT_texture_webp", {}).get("source"))
+        source = texture.get(
+            "source", texture.get("extensions", {}).get("EXT_texture_webp", {}).get("source")
+        )
         if source is None:
             raise self._document.error(f"material {material!r}: a texture has no PNG or JPEG picture")
         if source not in self._decoded:

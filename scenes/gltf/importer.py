@@ -89,9 +89,7 @@ def _import(document: Document) -> Import:
         x, y, z = node.position.tolist()
         scale = float(np.cbrt(abs(np.linalg.det(node.T_world_node[:3, :3]))))
         marks.append(Mark(node.name, (x, y, z), scale))
-    found = Import(
-        document.path, tuple(shapes), bulbs, suns, tuple(marks), document.sha256(), tuple(notices)
-    )
+    found = Import(document.path, tuple(shapes), bulbs, suns, tuple(marks), document.sha256(), tuple(notices))
     return found if not shapes else _with_scale_checked(found)
 
 

@@ -29,7 +29,9 @@ def lights(document: Document, nodes: list[Node]) -> tuple[tuple[Bulb, ...], tup
         if index is None:
             continue
         if not (isinstance(index, int) and 0 <= index < len(listed)):
-            raise document.error(f"node {node.name!r} refers to light {index!r}, of which there are {len(listed)}")
+            raise document.error(
+                f"node {node.name!r} refers to light {index!r}, of which there are {len(listed)}"
+            )
         light = listed[index]
         ahead = -node.T_world_node[:3, 2]  # a light shines along its node's −z
         length = float(np.linalg.norm(ahead))

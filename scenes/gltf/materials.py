@@ -97,7 +97,9 @@ class Looks:
         )
         uv_set, transform = self._placing([r for r in references if r is not None], name)
         if any(content.get("emissiveFactor", ())):
-            self._notices.append(f"material {name!r} glows; lamps need {'KHR_lights_punctual'}, so it does not here")
+            self._notices.append(
+                f"material {name!r} glows; lamps need {'KHR_lights_punctual'}, so it does not here"
+            )
         return Look(
             name,
             material,
@@ -111,7 +113,9 @@ class Looks:
     def _cutout(
         self, content: dict[str, Any], alpha: float, base: dict[str, Any] | None, name: str
     ) -> Cutout | None:
-        clear = content.get("extensions", {}).get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0)
+        clear = (
+            content.get("extensions", {}).get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0)
+        )
         if clear > CLEAR:
             return Cutout(0.0, CLEAR, None)
         mode = content.get("alphaMode", "OPAQUE")
@@ -131,7 +135,9 @@ class Looks:
             return 0, np.eye(3)
         first = placings[0]
         if any(s != first[0] or not np.allclose(t, first[1]) for s, t in placings[1:]):
-            self._notices.append(f"material {name!r}: its textures lie differently; all are laid as its first")
+            self._notices.append(
+                f"material {name!r}: its textures lie differently; all are laid as its first"
+            )
         return first
 
 
@@ -139,4 +145,6 @@ def _transform(moved: dict[str, Any]) -> FloatArray:
     """Translation · rotation · scale of texture coordinates, as KHR_texture_transform multiplies them."""
     (x, y), (s, t) = moved.get("offset", (0.0, 0.0)), moved.get("scale", (1.0, 1.0))
     c, d = np.cos(moved.get("rotation", 0.0)), np.sin(moved.get("rotation", 0.0))
-    return np.array([[1, 0, x], [0, 1, y], [0, 0, 1]]) @ np.array([[c * s, d * t, 0], [-d * s, c * t, 0], [0, 0, 1]])
+    return np.array([[1, 0, x], [0, 1, y], [0, 0, 1]]) @ np.array(
+        [[c * s, d * t, 0], [-d * s, c * t, 0], [0, 0, 1]]
+    )
