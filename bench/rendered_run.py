@@ -62,7 +62,7 @@ def prepared(
             progress.notice(text)
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
             setup = SequenceSetup(study, engine, light_colours(study, cache), 0, cache)
-            bake_scene(scene, cache)
+            bake_scene(scene, cache, progress.notice)
             advance(1)
         yield setup
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 F32 = NDArray[np.float32]
 
-MOST_POINTS = 32_000
+MOST_POINTS = 16_000
 """Beyond this the bake takes minutes on two cores; the library's scenes have fewer vertices."""
 
 FIRST_CELL_M, GROWTH = 0.05, 1.25

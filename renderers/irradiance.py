@@ -8,6 +8,7 @@ later bounces is interpolated from the vertices, and the fixed point is iterated
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from renderers.appearance import materials_at
-from renderers.bake_points import BakePoints, bake_points
+from renderers.bake_points import MOST_POINTS, BakePoints, bake_points
 from renderers.gbuffer import F32
 from renderers.lights import HORIZON_Z, OFFSET_M, DirectLight, SkyLight, UnitLight
 from renderers.lobe_albedo import mean_albedo
@@ -44,6 +45,9 @@ class BakeQuality:
 
 BOUNCE_FOOTPRINT_M = 0.1
 """What a bounced ray sees of a texture: 512 rays over a hemisphere are 0.1 m apart at a metre's distance."""
+
+SAMPLE = 64
+"""Points that are timed to tell how long all will take."""
 
 CAST_AT_ONCE = 4096
 """Points whose bounce rays are cast together; bounds the memory."""
@@ -90,6 +94,21 @@ def bake(
         indirect = once + np.stack([gather.bounce(layer) for layer in indirect])
     indirect = _spread(at, indirect)
     return Irradiance(indirect, (indirect + direct[..., None]).astype(np.float32))
+
+
+def expected_seconds(
+    mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]], quality: BakeQuality = FULL_QUALITY
+) -> float:
+    """How long `bake` will take here: a few of its points, timed."""
+    points, normals = _vertex_frames(mesh)
+    some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(np.int64)
+    lifted = points[some] + np.float32(OFFSET_M) * normals[some]
+    start = time.perf_counter()
+    gather = _Gather(mesh, caster, lifted, normals[some], sparse.identity(len(points), format="csr"), quality)
+    for layer in layers:
+        gather.sky(layer)
+        gather.first_bounce(layer)
+    return (time.perf_counter() - start) * min(len(points), MOST_POINTS) / len(some)
 
 
 def _spread(at: BakePoints, layers: F32) -> F32:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import zipfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,10 +18,27 @@ from renderers.mesh import RayCaster, SceneMesh, build_mesh
 from scenes.model import Scene
 
 
-def bake_scene(scene: Scene, folder: Path) -> None:
-    """Bake a scene's light into the cache, on all cores, for the renderers of other processes to find."""
-    mesh = build_mesh(scene)
-    load_or_bake(mesh, RayCaster(mesh.vertices, mesh.triangles), list(unit_lights(scene).values()), folder)
+WORTH_SAYING_S = 30.0
+
+
+def bake_scene(scene: Scene, folder: Path, say: Callable[[str], None] = lambda text: None) -> None:
+    """Bake a scene's light into the cache, on all cores, for the renderers of other processes to find.
+
+    Parameters
+    ----------
+    say : callable
+        Told beforehand in a line how long it will take, if that is long.
+    """
+    mesh, layers = build_mesh(scene), list(unit_lights(scene).values())
+    caster = RayCaster(mesh.vertices, mesh.triangles)
+    if not _path(folder, mesh, layers, FULL_QUALITY).exists():
+        seconds = irradiance.expected_seconds(mesh, caster, layers)
+        if seconds > WORTH_SAYING_S:
+            say(
+                f"{len(mesh.triangles):,} triangles: baking their light takes about {seconds:.0f} s, once; it is "
+                "kept for later runs"
+            )
+    load_or_bake(mesh, caster, layers, folder)
 
 
 def load_or_bake(
@@ -39,7 +57,7 @@ def load_or_bake(
     """
     if folder is None:
         return irradiance.bake(mesh, caster, layers, quality)
-    path = folder / f"irradiance-{_key(mesh, layers, quality)}.npz"
+    path = _path(folder, mesh, layers, quality)
     try:
         with np.load(path) as stored:
             return Irradiance(stored["indirect"], stored["total"])
@@ -47,6 +65,10 @@ def load_or_bake(
         baked = irradiance.bake(mesh, caster, layers, quality)
     _keep(path, baked)
     return baked
+
+
+def _path(folder: Path, mesh: SceneMesh, layers: list[list[UnitLight]], quality: BakeQuality) -> Path:
+    return folder / f"irradiance-{_key(mesh, layers, quality)}.npz"
 
 
 def _key(mesh: SceneMesh, layers: list[list[UnitLight]], quality: BakeQuality) -> str:

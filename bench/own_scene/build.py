@@ -23,11 +23,11 @@ from scenes.model import Bulb, FloatArray, Landmark, Scene, Sky, Sun, Surface
 from scenes.tessellate import tessellate
 from scenes.waypoints import follow
 
-MORE_VERTICES = 40_000
+MORE_VERTICES = 12_000
 """What splitting large triangles may add; more cost baking time and show little."""
 
 COARSER = 1.3
-FAR_EDGE = 0.15
+FAR_EDGE = 0.5
 """Longest edge away from the floor, as a share of the distance to it: what is far away looks small."""
 
 SIGHT_M = 12.0
