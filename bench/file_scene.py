@@ -18,14 +18,14 @@ Disc = tuple[Metres, Metres, Annotated[float, Field(gt=0, le=1)], Literal["white
 
 
 class FileScene(Part):
-    """A .glb or .gltf file, and what it does not say itself; metres in the floor's plan, x east and y north.
+    """A .glb or .gltf file, and what it does not say itself; metres in the floor's plan, x east, y north.
 
-    ``path`` counts from the folder that the program is started in. ``floor`` names the node that is the floor;
-    without it the lowest large level face is. The tour goes through ``tour``, else through nodes named ``tour…`` in
-    the order of their numbers, else on a round that is planned, at most ``longest_m`` long; ``closed`` ones are
-    driven ``laps`` times. Landmarks are ``landmarks`` (x, y, radius, white or black), else nodes named
-    ``landmark…``, else drawn beside the tour. The sun stands where the file's directional light says, unless said
-    here.
+    ``path`` counts from the folder that the program is started in. ``floor`` names the node that is the
+    floor; without it the lowest roomy level is. The tour goes through ``tour``, else through nodes named
+    ``tour…`` in the order of their numbers, else on a round that is planned, at most ``longest_m`` long;
+    ``closed`` ones are driven ``laps`` times. Landmarks are ``landmarks`` (x, y, radius, white or black),
+    else nodes named ``landmark…``, else drawn beside the tour. The sun stands where the file's directional
+    light says, unless said here.
     """
 
     path: Annotated[str, Field(min_length=1)]

@@ -17,54 +17,67 @@ GRAZING = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Appearance:
-    """Materials of n points as columns, and their normals.
+class Columns:
+    """What textures vary of n points: base_color (n, 3), roughness, metallic (n,) float32."""
 
-    Attributes
-    ----------
-    materials : MaterialTable
-    normal : (n, 3) float32
-        Unit; as given, or tilted by a normal texture.
-    tilted : (n,) bool
-        Which a normal texture tilts.
-    """
-
-    materials: MaterialTable
-    normal: F32
-    tilted: NDArray[np.bool_]
+    base_color: F32
+    roughness: F32
+    metallic: F32
 
 
-def at_pixels(mesh: SceneMesh, gbuffer: GBuffer, pixels: I64, weights: F32) -> Appearance:
-    """Materials and normals of a picture's pixels, textures averaged over each pixel.
+def vary_pixels(
+    mesh: SceneMesh, gbuffer: GBuffer, weights: F32, columns: Columns
+) -> tuple[F32, NDArray[np.bool_]]:
+    """Vary a picture's materials by their textures, averaged over each pixel.
 
     Parameters
     ----------
-    pixels : (n,) int64
-        Flat indices of pixels that show a surface.
-    weights : (n, 3) float32
+    weights : (H·W, 3) float32
         Barycentric, of the triangles' corners.
+    columns : Columns
+        Of all pixels; changed in place.
+
+    Returns
+    -------
+    normal : (H·W, 3) float32
+        Unit; the G-buffer's, tilted where a texture says so; 0 for the sky.
+    tilted : (H·W,) bool
     """
-    triangle = gbuffer.triangle.reshape(-1)[pixels]
-    surface, table, store = mesh.surface[triangle], mesh.materials, mesh.textures
-    columns = [table.base_color[surface], table.roughness[surface], table.metallic[surface]]
-    normal = np.ascontiguousarray(gbuffer.normal.reshape(-1, 3)[pixels])
-    tilted = store.normal[surface] != NO_TEXTURE
-    if not store.empty:
-        steps = _pixel_steps(mesh, gbuffer, pixels, triangle)
-        uv = _uv(mesh, triangle, weights)
-        _vary(mesh, surface, columns, uv, *steps)
-        which = np.flatnonzero(tilted)
-        if len(which):
-            texture = store.normal[surface[which]]
-            tangent = store.sample(texture, uv[which], steps[0][which], steps[1][which]) * 2 - 1
-            to_eye = -gbuffer.view.directions.reshape(-1, 3)[pixels[which]]
-            scale = store.normal_scale[surface[which]]
-            columns[1][which] = _roughened(columns[1][which], np.linalg.norm(tangent, axis=1))
-            normal[which] = _tilted(
-                mesh.vertices, mesh.uv, mesh.triangles[triangle[which]], normal[which], to_eye, tangent, scale
-            )
-    materials = MaterialTable(columns[0], columns[1], columns[2], table.specular[surface])
-    return Appearance(materials, normal, tilted)
+    store, surfaces = mesh.textures, gbuffer.surface.reshape(-1)
+    normal, tilted = gbuffer.normal.reshape(-1, 3).copy(), np.zeros(len(surfaces), dtype=bool)
+    pixels = np.flatnonzero(store.textured.take(surfaces, mode="clip") & (surfaces >= 0))
+    if not len(pixels):
+        return normal, tilted
+    triangle, surface = gbuffer.triangle.reshape(-1)[pixels], surfaces[pixels]
+    footprint = Footprint(
+        _uv(mesh, triangle, weights[pixels]), *_pixel_steps(mesh, gbuffer, pixels, triangle)
+    )
+    _vary(mesh, surface, columns, pixels, footprint)
+    which = np.flatnonzero(store.normal[surface] != NO_TEXTURE)
+    if len(which):
+        tangent = footprint.sample(mesh, store.normal[surface], which) * 2 - 1
+        at = pixels[which]
+        columns.roughness[at] = _roughened(columns.roughness[at], np.linalg.norm(tangent, axis=1))
+        to_eye = -gbuffer.view.directions.reshape(-1, 3)[at]
+        corners, scale = mesh.triangles[triangle[which]], store.normal_scale[surface[which]]
+        normal[at] = _tilted(mesh.vertices, mesh.uv, corners, normal[at], to_eye, tangent, scale)
+        tilted[at] = True
+    return normal, tilted
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """Where n points lie on their textures, and how far they reach: (n, 2) float32 each."""
+
+    uv: F32
+    row_step: F32
+    column_step: F32
+
+    def sample(self, mesh: SceneMesh, textures: I32, which: I64) -> F32:
+        """(m, 3) values of some points' textures; ``textures`` (n,) names each one's."""
+        return mesh.textures.sample(
+            textures[which], self.uv[which], self.row_step[which], self.column_step[which]
+        )
 
 
 def materials_at(mesh: SceneMesh, triangle: I32, weights: F32, footprint_m: float) -> MaterialTable:
@@ -77,17 +90,19 @@ def materials_at(mesh: SceneMesh, triangle: I32, weights: F32, footprint_m: floa
         Barycentric, of the triangles' corners.
     """
     surface, table = mesh.surface[triangle], mesh.materials
-    columns = [table.base_color[surface], table.roughness[surface], table.metallic[surface]]
+    columns = Columns(table.base_color[surface], table.roughness[surface], table.metallic[surface])
     if not mesh.textures.empty:
         reach = np.float32(footprint_m) * uv_per_metre(mesh)[triangle]
         still = np.zeros_like(reach)
-        steps = (np.stack([reach, still], axis=-1), np.stack([still, reach], axis=-1))
-        _vary(mesh, surface, columns, _uv(mesh, triangle, weights), *steps)
-    return MaterialTable(columns[0], columns[1], columns[2], table.specular[surface])
+        steps = np.stack([reach, still], axis=-1), np.stack([still, reach], axis=-1)
+        _vary(
+            mesh, surface, columns, np.arange(len(surface)), Footprint(_uv(mesh, triangle, weights), *steps)
+        )
+    return MaterialTable(columns.base_color, columns.roughness, columns.metallic, table.specular[surface])
 
 
 def uv_per_metre(mesh: SceneMesh) -> F32:
-    """(m,) float32: how fast texture coordinates run over each triangle, the square root of the areas' ratio."""
+    """(m,) float32: how fast texture coordinates run over each triangle, the root of the areas' ratio."""
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
     p, q, r = (mesh.uv[mesh.triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -96,27 +111,21 @@ def uv_per_metre(mesh: SceneMesh) -> F32:
     return np.asarray(np.sqrt(covered / np.maximum(area, 1e-20)), dtype=np.float32)
 
 
-def _vary(mesh: SceneMesh, surface: I32, columns: list[F32], uv: F32, row: F32, column: F32) -> None:
-    """Multiply base colour, roughness and metallic by their textures, in place."""
+def _vary(mesh: SceneMesh, surface: I32, columns: Columns, at: I64, footprint: Footprint) -> None:
+    """Multiply base colour, roughness and metallic by their textures; the points' rows are ``at``."""
     store = mesh.textures
-    for textures, apply in ((store.base_color, _colour), (store.metallic_roughness, _polish)):
-        which = np.flatnonzero(textures[surface] != NO_TEXTURE)
-        if len(which):
-            texture = textures[surface[which]]
-            apply(columns, which, store.sample(texture, uv[which], row[which], column[which]))
-
-
-def _colour(columns: list[F32], which: I64, value: F32) -> None:
-    columns[0][which] *= value
-
-
-def _polish(columns: list[F32], which: I64, value: F32) -> None:
-    columns[1][which] *= value[:, 1]
-    columns[2][which] *= value[:, 2]
+    which = np.flatnonzero(store.base_color[surface] != NO_TEXTURE)
+    if len(which):
+        columns.base_color[at[which]] *= footprint.sample(mesh, store.base_color[surface], which)
+    which = np.flatnonzero(store.metallic_roughness[surface] != NO_TEXTURE)
+    if len(which):
+        polish = footprint.sample(mesh, store.metallic_roughness[surface], which)
+        columns.roughness[at[which]] *= polish[:, 1]
+        columns.metallic[at[which]] *= polish[:, 2]
 
 
 def _roughened(roughness: F32, length: F32) -> F32:
-    """Roughness with what the footprint's normals scatter: α² + 2 (1 − |n|) / |n| (Toksvig 2005, for GGX's α)."""
+    """Roughness with what a footprint's normals scatter: α² + 2 (1 − |n|) / |n| (Toksvig 2005, for α)."""
     length = np.clip(length, 0.05, 1.0)
     alpha2 = roughness**4 + 2 * (1 - length) / length
     return np.asarray(np.minimum(alpha2, 1.0) ** 0.25, dtype=np.float32)
@@ -178,7 +187,7 @@ def _steps(vertices: F32, uv: F32, corners: I32, normal: F32, distance: F32, ray
 
 @njit(cache=True)
 def _tilted(vertices: F32, uv: F32, corners: I32, normal: F32, to_eye: F32, tangent: F32, scale: F32) -> F32:
-    """Normals of tangent space in the world: x along ∂P/∂u, y against ∂P/∂v (glTF's v runs down), z the normal.
+    """Tangent space's normals in the world: x along ∂P/∂u, y against ∂P/∂v (v runs down), z the normal.
 
     One that would face away from the eye is turned until it is seen edge-on.
     """

@@ -41,7 +41,7 @@ class BakePoints:
 
 
 def bake_points(positions: F32, normals: F32, most: int = MOST_POINTS) -> BakePoints:
-    """Choose at most ``most`` vertices: one for each cell of place and direction, the cells as small as can be.
+    """Choose at most ``most`` vertices: one for each cell of place and direction, as small as can be.
 
     Parameters
     ----------

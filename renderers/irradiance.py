@@ -1,4 +1,4 @@
-"""Light that bounces: indirect and sky illuminance, baked once per scene at the mesh's vertices or some of them.
+"""Light that bounces: indirect and sky illuminance, baked once per scene at (some of) the mesh's vertices.
 
 The gather is linear in each light's intensity, so it is baked per layer of the light basis at unit
 intensity. From each vertex, cosine-distributed rays (so that their mean is the integral E = ∫ L cos θ dω)
@@ -46,7 +46,7 @@ class BakeQuality:
 BOUNCE_FOOTPRINT_M = 0.1
 """What a bounced ray sees of a texture: 512 rays over a hemisphere are 0.1 m apart at a metre's distance."""
 
-SAMPLE = 64
+SAMPLE = 256
 """Points that are timed to tell how long all will take."""
 
 CAST_AT_ONCE = 4096
@@ -103,6 +103,7 @@ def expected_seconds(
     points, normals = _vertex_frames(mesh)
     some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(np.int64)
     lifted = points[some] + np.float32(OFFSET_M) * normals[some]
+    caster.nearest(lifted[:1], normals[some[:1]])  # the first ray waits until Embree has sorted the triangles
     start = time.perf_counter()
     gather = _Gather(mesh, caster, lifted, normals[some], sparse.identity(len(points), format="csr"), quality)
     for layer in layers:
@@ -226,9 +227,8 @@ class _Gather:
         parts = np.array_split(np.arange(len(self._points)), max(1, len(self._points) // CAST_AT_ONCE))
         found = [self._cast_part(mesh, rays, part) for part in parts]
         counts = np.concatenate([count for *_, count in found])  # of hits, by point
-        triangle, weights, points, normals = (
-            np.concatenate(column) for column in list(zip(*found, strict=True))[:4]
-        )
+        columns = list(zip(*found, strict=True))
+        triangle, weights, points, normals = (np.concatenate(column) for column in columns[:4])
         total, n = len(triangle), len(self._points)
         at_vertices = sparse.csr_matrix(
             (weights.ravel(), mesh.triangles[triangle].ravel(), np.arange(0, 3 * total + 1, 3)),

@@ -17,7 +17,6 @@ from renderers.lights import UnitLight, unit_lights
 from renderers.mesh import RayCaster, SceneMesh, build_mesh
 from scenes.model import Scene
 
-
 WORTH_SAYING_S = 30.0
 
 
@@ -35,8 +34,8 @@ def bake_scene(scene: Scene, folder: Path, say: Callable[[str], None] = lambda t
         seconds = irradiance.expected_seconds(mesh, caster, layers)
         if seconds > WORTH_SAYING_S:
             say(
-                f"{len(mesh.triangles):,} triangles: baking their light takes about {seconds:.0f} s, once; it is "
-                "kept for later runs"
+                f"{len(mesh.triangles):,} triangles: baking their light takes about {seconds:.0f} s, once; "
+                "it is kept for later runs"
             )
     load_or_bake(mesh, caster, layers, folder)
 

@@ -1,7 +1,7 @@
 """All textures of a scene in one array, each as a pyramid, and the look-up in it.
 
 A pixel's footprint on the texture is taken as a row of round ones along its longer axis, each read from the
-pyramid's level of its size (trilinear; Heckbert 1986, Fundamentals of texture mapping; McCormack et al. 1999, Feline).
+pyramid's level of its size (Williams 1983, Pyramidal parametrics; McCormack et al. 1999, Feline).
 """
 
 from __future__ import annotations
@@ -55,6 +55,11 @@ class TextureStore:
     def empty(self) -> bool:
         """Whether no surface has a texture."""
         return len(self.wrap) == 0
+
+    @property
+    def textured(self) -> NDArray[np.bool_]:
+        """(surfaces,) whether each has a texture of any kind."""
+        return np.stack([self.base_color, self.metallic_roughness, self.normal]).max(axis=0) != NO_TEXTURE
 
     @staticmethod
     def of(surfaces: Sequence[Surface], more: int) -> TextureStore:

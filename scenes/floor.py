@@ -98,7 +98,7 @@ def _level(surfaces: tuple[Surface, ...], everything: tuple[Surface, ...], name:
     if not candidates:
         where = f" in {name!r}" if name else ""
         raise SceneError(
-            f"no floor{where}: no level face of {SMALLEST_M2:g} m² looks up; is the model in metres, and y its up?"
+            f"no floor{where}: no level face of {SMALLEST_M2:g} m² looks up; is the file in metres, y up?"
         )
     bounds = _between_walls(everything)
     levels = {

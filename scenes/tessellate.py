@@ -12,8 +12,8 @@ from scenes.model import FloatArray, IntArray, Surface
 EdgeLimit = Callable[[FloatArray], FloatArray]
 """Longest edge allowed (n,), metres, at edges' midpoints (n, 3)."""
 
-# corners 0, 1, 2 and the midpoints 3 (of 01), 4 (of 12), 5 (of 20), by which edges are split: bit 0 is 01, 1 is 12,
-# 2 is 20. Of two ways to cut a quadrilateral, one for all, so that the result does not depend on the order.
+# corners 0, 1, 2 and the midpoints 3 (of 01), 4 (of 12), 5 (of 20), by which edges are split: bit 0 is 01,
+# 1 is 12, 2 is 20
 _PATTERNS: dict[int, tuple[tuple[int, int, int], ...]] = {
     0b001: ((0, 3, 2), (3, 1, 2)),
     0b010: ((1, 4, 0), (4, 2, 0)),
@@ -28,8 +28,8 @@ _PATTERNS: dict[int, tuple[tuple[int, int, int], ...]] = {
 def tessellate(surface: Surface, limit: EdgeLimit, most: int) -> Surface | None:
     """Split every edge that is longer than allowed, until none is.
 
-    An edge is split by its own length and place alone, so the two triangles of an edge agree, also those of two
-    surfaces. Normals and texture coordinates are interpolated.
+    An edge is split by its own length and place alone, so the two triangles of an edge agree, also those of
+    two surfaces. Normals and texture coordinates are interpolated.
 
     Parameters
     ----------

@@ -20,14 +20,15 @@ RACK_HEIGHT_M, MIDDLE_END_M, TURN_M = 5.2, 4.8, 1.5
 HIGH_BAY_LM, HIGH_BAY_RADIUS_M, HIGH_BAY_M = 20_000.0, 0.2, 8.2
 """A 150 W LED high bay gives about 20,000 lm, at 8 to 10 m, through a 120° reflector."""
 
-CONCRETE = Material((0.36, 0.355, 0.34), roughness=0.25)
+CONCRETE = Material((0.36, 0.355, 0.34), roughness=0.18)
 CLADDING = Material((0.60, 0.61, 0.62), roughness=0.45)
 UPRIGHT = Material((0.02, 0.06, 0.28), roughness=0.35)
 BEAM = Material((0.62, 0.16, 0.02), roughness=0.35)
 CARTON = Material((0.36, 0.235, 0.125), roughness=0.85, specular=0.4)
 FILM = Material((0.62, 0.64, 0.66), roughness=0.18)
 DRUM = Material((0.02, 0.10, 0.32), roughness=0.22)
-CRATE = Material((0.05, 0.17, 0.09), roughness=0.35)
+CRATE = Material((0.05, 0.17, 0.09), roughness=0.45)
+GATE = Material((0.20, 0.26, 0.32), roughness=0.45)
 YELLOW = Material((0.62, 0.42, 0.02), roughness=0.32)
 
 
@@ -89,7 +90,7 @@ def _shell(room: Room) -> list[Surface]:
         surface("floor", CONCRETE, room.floor(0.8)),
         surface("ceiling", CEILING, *room.wall("ceiling", roof, 1.0)),
         surface("wall", CLADDING, *room.walls({"south": high, "west": [gate]}, 1.1)),
-        surface("gate", ZINC, room.panel("west", gate, 1.0)),
+        surface("gate", GATE, room.panel("west", gate, 1.0)),
         surface("ground", GROUND, ground()),
     ]
 
@@ -131,7 +132,7 @@ def _racks(rows: list[tuple[float, float, float, float]]) -> list[Surface]:
 
 
 def _goods(rows: list[tuple[float, float, float, float]], rng: np.random.Generator) -> list[Surface]:
-    """Cartons, wrapped pallets, drums and steel crates, one or two in most places of the racks."""
+    """Cartons, wrapped goods, drums and crates in most places of the racks, on pallets where a truck goes."""
     cartons, wrapped, drums, crates, pallets = ([] for _ in range(5))  # type: ignore[var-annotated]
     for x0, x1, y0, y1 in rows:
         places = np.arange(x0 + BAY_M / 4, x1, BAY_M / 2).tolist()
@@ -141,8 +142,10 @@ def _goods(rows: list[tuple[float, float, float, float]], rng: np.random.Generat
                 deep, yaw = rng.uniform(0.7, 0.9), float(rng.uniform(-4, 4))
                 if kind < 0.25:
                     continue
-                y, base = (y0 + y1) / 2, z + 0.13
-                pallets.append(box((x - 0.58, y - 0.4, z + 0.002), (x + 0.58, y + 0.4, base), max_edge_m=2.0))
+                y, base = (y0 + y1) / 2, z + (0.13 if z == LEVELS_M[0] else 0.002)
+                if z == LEVELS_M[0]:
+                    low, high = (x - 0.58, y - 0.4, z + 0.002), (x + 0.58, y + 0.4, base)
+                    pallets.append(box(low, high, max_edge_m=2.0))
                 block = box((-wide / 2, -deep / 2, 0), (wide / 2, deep / 2, tall), max_edge_m=2.0)
                 if kind < 0.62:
                     cartons.append(place(block, (x, y, base), yaw))

@@ -1,4 +1,4 @@
-"""Tours over way-points of any kind: corners smoothed where there is room, speed held except in sharp turns."""
+"""Tours over way-points of any kind: corners smoothed, speed held except in sharp turns."""
 
 from __future__ import annotations
 

@@ -69,11 +69,15 @@ class GlbWriter:
     def material(self, **content: object) -> int:
         return self._add("materials", content)
 
-    def mesh(self, points: object, triangles: object, material: int | None = None, **attributes: object) -> int:
+    def mesh(
+        self, points: object, triangles: object, material: int | None = None, **attributes: object
+    ) -> int:
         """Points in glTF's axes: x right, y up, z towards the viewer."""
         named = {"POSITION": self.accessor(np.asarray(points, dtype=float))}
-        named |= {name: self.accessor(np.asarray(values, dtype=float)) for name, values in attributes.items()}
-        primitive = {"attributes": named, "indices": self.accessor(np.asarray(triangles, dtype=int).reshape(-1))}
+        for name, values in attributes.items():
+            named[name] = self.accessor(np.asarray(values, dtype=float))
+        corners = self.accessor(np.asarray(triangles, dtype=int).reshape(-1))
+        primitive: dict[str, Any] = {"attributes": named, "indices": corners}
         if material is not None:
             primitive["material"] = material
         return self._add("meshes", {"primitives": [primitive]})
@@ -93,7 +97,7 @@ class GlbWriter:
     def quad(
         self, name: str, corner: object, u: object, v: object, material: int | None = None, root: bool = True
     ) -> int:
-        """A rectangle in z-up axes that faces u × v, with texture coordinates: a picture seen upright along v."""
+        """A rectangle in z-up axes that faces u × v; its picture stands upright along v."""
         at, along, up = (np.asarray(value, dtype=float) for value in (corner, u, v))
         points = np.array([at, at + along, at + along + up, at + up])
         turned = np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=-1)
@@ -107,8 +111,8 @@ class GlbWriter:
         text += b" " * (-len(text) % 4)
         data = self.data + b"\0" * (-len(self.data) % 4)
         head = struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(data))
-        chunks = [struct.pack("<II", len(text), 0x4E4F534A), text, struct.pack("<II", len(data), 0x004E4942), data]
-        path.write_bytes(head + b"".join(chunks))
+        first, second = (len(text), 0x4E4F534A), (len(data), 0x004E4942)
+        path.write_bytes(head + struct.pack("<II", *first) + text + struct.pack("<II", *second) + data)
         return path
 
 

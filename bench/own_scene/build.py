@@ -186,6 +186,6 @@ def _about_lamps(bulbs: Sequence[Bulb]) -> tuple[str, ...]:
         )
     lumen = [bulb.lumen for bulb in bulbs]
     return (
-        f"the file's {len(lumen)} lamps give {min(lumen):.0f} to {max(lumen):.0f} lm; the study's bulb_lm stands for "
-        "each of them",
+        f"the file's {len(lumen)} lamps give {min(lumen):.0f} to {max(lumen):.0f} lm; the study's bulb_lm "
+        "stands for each of them",
     )

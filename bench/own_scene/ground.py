@@ -25,7 +25,7 @@ class Ground:
     Attributes
     ----------
     clearance : (rows, cols) float64
-        From each cell's centre to the nearest obstacle or end of the floor, metres, less than true by up to a cell.
+        From each cell's centre to the nearest obstacle or end of the floor, metres; up to a cell too little.
     origin : (2,) float64
         World position of the lower left corner of cell [0, 0], metres.
     resolution : float
@@ -40,9 +40,9 @@ class Ground:
         """(n,) clearance at points (n, 2), 0 outside of the grid."""
         cell = np.floor((points - self.origin) / self.resolution).astype(int)
         shape = np.array(self.clearance.shape)[::-1]
-        inside = ((cell >= 0) & (cell < shape)).all(axis=1)
+        inside = np.asarray(((cell >= 0) & (cell < shape)).all(axis=1))
         cell = np.where(inside[:, None], cell, 0)
-        return np.where(inside, self.clearance[cell[:, 1], cell[:, 0]], 0.0)
+        return np.asarray(np.where(inside, self.clearance[cell[:, 1], cell[:, 0]], 0.0))
 
     def centres(self, cells: NDArray[np.int64]) -> FloatArray:
         """(n, 2) metres of cells given as (row, column)."""
@@ -58,9 +58,8 @@ def ground_of(surfaces: Sequence[Surface], floor: Sequence[str]) -> Ground:
     resolution = max(RESOLUTION_M, max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / MOST_CELLS)
     covered, origin = obstacles(floors, bounds, resolution, FLOOR_BAND_M)
     blocked, _ = obstacles(surfaces, bounds, resolution)
-    free = covered & ~blocked
-    distance = np.asarray(distance_transform_edt(free)) * resolution  # to the nearest blocked cell's centre
-    return Ground(np.maximum(distance - resolution, 0.0), origin, resolution)
+    cells = np.asarray(distance_transform_edt(covered & ~blocked))  # to the nearest blocked cell's centre
+    return Ground(np.maximum(cells - 1, 0.0) * resolution, origin, resolution)
 
 
 def bounds_of(surfaces: Sequence[Surface]) -> tuple[float, float, float, float]:

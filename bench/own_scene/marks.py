@@ -46,13 +46,14 @@ def placed(discs: Sequence[Disc], ground: Ground, scene: str) -> tuple[Landmark,
     for x, y, radius, white in discs:
         if ground.at(np.array([[x, y]]))[0] < radius - ground.resolution:
             raise SceneError(
-                f"scene {scene!r}: landmark {len(marks)} at ({x:g}, {y:g}) m, radius {radius:g} m, does not lie on "
-                "free floor; move it"
+                f"scene {scene!r}: landmark {len(marks)} at ({x:g}, {y:g}) m, radius {radius:g} m, does not "
+                "lie on free floor; move it"
             )
         for other in marks:
             if np.hypot(x - other.position[0], y - other.position[1]) < radius + other.radius:
                 raise SceneError(
-                    f"scene {scene!r}: landmarks {other.id} and {len(marks)} at ({x:g}, {y:g}) m overlap; move one"
+                    f"scene {scene!r}: landmarks {other.id} and {len(marks)} at ({x:g}, {y:g}) m overlap; "
+                    "move one"
                 )
         marks.append(Landmark(len(marks), (x, y), radius, white))
     return tuple(marks)

@@ -1,4 +1,4 @@
-"""The robot's way over the free floor: through way-points, or planned past far-apart places (A*, eq. 3-38)."""
+"""The robot's way over the free floor: through way-points, or planned past far-apart places (A*)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def through(points: FloatArray, closed: bool, ground: Ground, radius_m: float, s
     Raises
     ------
     SceneError
-        Where it comes closer to geometry, or to the floor's end, than the robot's radius; the line says where.
+        Where it comes closer to geometry, or to the floor's end, than the robot's radius; it says where.
     """
     rounded = _rounded(points, closed, ground, radius_m)
     if rounded is not None:
@@ -52,8 +52,8 @@ def through(points: FloatArray, closed: bool, ground: Ground, radius_m: float, s
     k = int(np.flatnonzero(tight)[0])
     x, y = straight[k]
     raise SceneError(
-        f"scene {scene!r}: the tour has no room at ({x:.2f}, {y:.2f}) m: a wall, an obstacle or the floor's end is "
-        f"within the robot's {radius_m:g} m; move its way-points"
+        f"scene {scene!r}: the tour has no room at ({x:.2f}, {y:.2f}) m: a wall, an obstacle or the floor's "
+        f"end is within the robot's {radius_m:g} m; move its way-points"
     )
 
 

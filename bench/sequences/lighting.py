@@ -38,7 +38,7 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 
 def as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's, or its file's, own sun and groups of lamps; the lamps fitted as the study has them."""
+    """The scene with the sun and groups of lamps of its builder or file; the lamps as the study fits them."""
     if study.scene.file is not None:
         return lamps.fitted(own_scene.build(study), study.scene.lamps)
     scene = library.load(

@@ -75,7 +75,7 @@ class Document:
         return SceneError(f"{self.path}: {message}; export the file again")
 
     def accessor(self, index: int, user: str) -> NDArray[Any]:
-        """The numbers of an accessor, (count,) or (count, components); normalised integers become 0…1 or −1…1.
+        """The numbers of an accessor, (count,) or (count, components); normalised integers as −1…1.
 
         Raises
         ------

@@ -18,8 +18,8 @@ def lights(document: Document, nodes: list[Node]) -> tuple[tuple[Bulb, ...], tup
     """Bulbs in the order of their nodes, and the suns, the brightest first.
 
     A point's or spot's intensity is in candela: lumen = candela / (candela per lumen on the axis), 4π for a
-    point. A directional light's is in lux and may have any direction from above. Colours and ranges are left out:
-    bulbs have the illuminant that the study gives them, and light falls off by distance alone.
+    point. A directional light's is in lux. Colours and ranges are left out: bulbs have the illuminant that
+    the study gives them, and light falls off by distance alone.
     """
     listed = document.content.get("extensions", {}).get(EXTENSION, {}).get("lights", [])
     bulbs: list[Bulb] = []

@@ -22,8 +22,8 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 def surfaces(document: Document, nodes: list[Node], looks: Looks) -> list[Surface]:
     """A surface for each primitive of each node's mesh, named by its node.
 
-    Where a node has several, or a name stands twice, the material's name or a number follows. Points and lines
-    are left out, and so is what is transparent.
+    Where a node has several, the material's name follows, and a number where a name stands twice. Points and
+    lines are left out, and so is what is transparent.
 
     Raises
     ------

@@ -73,7 +73,7 @@ def _walk(document: Document, roots: list[int]) -> Iterator[Node]:
 
 
 def _local(node: dict[str, Any]) -> FloatArray:
-    """A node's transform to its parent: a matrix, stored by columns, or translation · rotation · scale (3.5.3)."""
+    """A node's transform to its parent: a matrix, by columns, or translation · rotation · scale (3.5.3)."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))

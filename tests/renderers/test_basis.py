@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderers.basis import LightBasis, mean_white, relight
+from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Fisheye, Mount, Pinhole
 from renderers.errors import RendererError
+from renderers.irradiance import BakeQuality
 from renderers.lights import HORIZON_Z
 from renderers.lobe_albedo import albedo_table, directional_albedo
 from renderers.raycast import RaycastEngine
@@ -192,6 +193,21 @@ def test_same_pose_same_bytes(renderer_of, scene_of, corner):
     one, other = (renderer_of(scene, CAMERA, MOUNT).render(POSE) for _ in range(2))
     for name in ("diffuse", "specular", "depth", "surface", "landmark", "visible_share"):
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
+
+
+def test_any_number_of_threads_gives_the_same_bytes(scene_of, corner):
+    sun = Sun(250.0, 40.0, 1.0)
+    scene = scene_of(*corner, bulbs=[LAMP_A, LAMP_B], landmarks=[Landmark(0, (0.0, 0.0), 0.1, True)], sun=sun)
+    wide = Pinhole(160, 120, 70.0)  # several blocks
+    quality = BakeQuality(64, 16, 1)
+    bases = []
+    for threads in (1, 2, 5):
+        renderer = SceneRenderer(scene, wide, MOUNT, threads=threads, quality=quality)
+        bases.append(renderer.render(POSE))
+        renderer.close()
+    for other in bases[1:]:
+        for name in ("diffuse", "specular", "depth", "surface", "landmark", "visible_share"):
+            assert getattr(bases[0], name).tobytes() == getattr(other, name).tobytes()
 
 
 def test_world_turned_with_the_robot_looks_the_same(renderer_of, scene_of, floor):

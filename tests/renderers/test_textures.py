@@ -62,7 +62,8 @@ def test_a_fine_pattern_far_away_is_its_mean_in_linear_light(scene_of):
     """A checker much finer than a pixel: no moiré, and half of black and white is 0.5, not sRGB's middle."""
     checker = np.indices((64, 64)).sum(axis=0) % 2 * 255
     texels = np.repeat(checker[..., None], 3, axis=2).astype(np.uint8)
-    picture = seen(scene_of, textured(3.0, Textures(base_color=Texture(texels, srgb=True)), tiles=20.0))
+    floor = textured(3.0, Textures(base_color=Texture(texels, srgb=True)), tiles=20.0)
+    picture = seen(scene_of, floor)
     np.testing.assert_allclose(picture[4:-4, 4:-4], 0.5 / np.pi, rtol=5e-3)
 
 
@@ -75,7 +76,9 @@ def test_wrapping_beyond_the_picture(wrap, expected):
     texture = Textures(base_color=Texture(texels, wrap=(wrap, "clamp")))
     store = TextureStore.of([textured(1.0, texture)], more=1)
     assert store.base_color.tolist() == [0, NO_TEXTURE]
-    at = {"repeat": [-1.0, -0.5, 0, 0.5], "clamp": [-0.5, 0, 0.5, 1.0], "mirror": [0.5, 1.5, -1.0, -0.5]}[wrap]
+    at = {"repeat": [-1.0, -0.5, 0, 0.5], "clamp": [-0.5, 0, 0.5, 1.0], "mirror": [0.5, 1.5, -1.0, -0.5]}[
+        wrap
+    ]
     uv = np.stack([np.array(at) + 0.25, np.full(4, 0.5)], axis=-1).astype(np.float32)
     if wrap == "mirror":  # texels of …, −2, −1, 0, 1, 2, 3: white black | black white | white black
         uv[:, 0] = [-0.75, -0.25, 1.25, 1.75]
@@ -95,7 +98,7 @@ def test_a_long_footprint_is_averaged_along_its_length_alone():
     np.testing.assert_allclose(values, [1, 0], atol=1e-4)
 
 
-@pytest.mark.parametrize("axis, azimuth", [(0, 90.0), (1, 0.0)], ids=["x is east along u", "y is north against v"])
+@pytest.mark.parametrize("axis, azimuth", [(0, 90.0), (1, 0.0)], ids=["x east along u", "y north against v"])
 @pytest.mark.parametrize("tilt_deg", [-25.0, 10.0, 30.0])
 def test_a_tilted_normal_gives_the_cosine_of_its_angle_to_the_light(scene_of, axis, azimuth, tilt_deg):
     vector = np.array([0.0, 0.0, np.cos(np.radians(tilt_deg))])
@@ -120,7 +123,7 @@ def test_roughness_and_metallic_come_from_green_and_blue(scene_of):
 
 
 def test_bumps_too_small_to_see_roughen():
-    """Toksvig's rule at its ends: straight normals change nothing; α² grows by twice the normals' variance."""
+    """Toksvig's rule: straight normals change nothing; α² grows by twice the variance of bent ones."""
     np.testing.assert_allclose(_roughened(np.float32([0.3, 0.7]), np.float32([1, 1])), [0.3, 0.7], rtol=1e-6)
     spread = 0.1  # two normals tilted by ±spread have a mean of length cos(spread), a variance of spread²
     alpha2 = _roughened(np.float32([0.2]), np.float32([np.cos(spread)])) ** 4
@@ -138,12 +141,14 @@ def test_bounced_light_takes_the_texture_colour(scene_of):
     painted = replace(painted, uv=uv, textures=Textures(base_color=Texture(texels)))
     sun = Sun(azimuth_deg=270.0, elevation_deg=20.0, lux=1.0)
     quality = BakeQuality(sky_rays=16, bounce_rays=256, bounces=1)
-    floor = surface("floor", Material((0.5, 0.5, 0.5), 1.0, specular=0.0), rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0), 1.0))
+    grey = Material((0.5, 0.5, 0.5), 1.0, specular=0.0)
+    floor = surface("floor", grey, rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0), 1.0))
     got = []
     for side in (plain, painted):
         scene = scene_of(floor, side, sun=sun)
         renderer = SceneRenderer(scene, Pinhole(16, 16, 60.0), STRAIGHT_DOWN, threads=1, quality=quality)
         direct = SceneRenderer(scene, Pinhole(16, 16, 60.0), STRAIGHT_DOWN, threads=1, quality=DIRECT_ONLY)
-        got.append((renderer.render(ORIGIN).diffuse[0] - direct.render(ORIGIN).diffuse[0])[4:12, 4:12].mean((0, 1)))
+        bounced = renderer.render(ORIGIN).diffuse[0] - direct.render(ORIGIN).diffuse[0]
+        got.append(bounced[4:12, 4:12].mean(axis=(0, 1)))
     assert got[0][0] > 0.001
     np.testing.assert_allclose(got[1], got[0], rtol=0.03, atol=2e-4)

@@ -78,7 +78,8 @@ def test_accessors_interleaved_normalised_and_sparse(glb, tmp_path):
     where, what = glb.view(struct.pack("<H", 2)), glb.view(struct.pack("<f", 7.0))
     glb.json["accessors"].append(
         {"componentType": 5126, "count": 4, "type": "SCALAR",
-         "sparse": {"count": 1, "indices": {"bufferView": where, "componentType": 5123}, "values": {"bufferView": what}}}
+         "sparse": {"count": 1, "indices": {"bufferView": where, "componentType": 5123},
+                    "values": {"bufferView": what}}}
     )  # fmt: skip
     document = read(glb.save(tmp_path / "a.glb"))
     np.testing.assert_allclose(document.accessor(0, "x"), [[128 / 255, 1], [0, 64 / 255]])
@@ -139,7 +140,8 @@ def test_factors_textures_and_specular_strength_are_read(glb, tmp_path):
 def test_a_texture_transform_moves_turns_and_scales_coordinates(glb, tmp_path):
     moved = {"KHR_texture_transform": {"offset": [0.5, 0.25], "rotation": np.pi / 2, "scale": [2, 3]}}
     texture = {"index": glb.texture(np.zeros((1, 1, 3), dtype=np.uint8)), "extensions": moved}
-    glb.quad("q", (0, 0, 0), (1, 0, 0), (0, 1, 0), glb.material(pbrMetallicRoughness={"baseColorTexture": texture}))
+    material = glb.material(pbrMetallicRoughness={"baseColorTexture": texture})
+    glb.quad("q", (0, 0, 0), (1, 0, 0), (0, 1, 0), material)
     (surface,) = load(glb.save(tmp_path / "a.glb")).surfaces
     # the extension's matrix turns (u, 0) to (0, −u) and (0, v) to (v, 0)
     np.testing.assert_allclose(surface.uv, [[3.5, 0.25], [3.5, -1.75], [0.5, -1.75], [0.5, 0.25]], atol=1e-6)
@@ -148,7 +150,8 @@ def test_a_texture_transform_moves_turns_and_scales_coordinates(glb, tmp_path):
 def test_glass_and_cut_out_texels_are_left_out(glb, tmp_path):
     leaf = np.full((4, 4, 4), 255, dtype=np.uint8)
     leaf[:, 2:, 3] = 0
-    cut = glb.material(alphaMode="MASK", pbrMetallicRoughness={"baseColorTexture": {"index": glb.texture(leaf)}})
+    look = {"baseColorTexture": {"index": glb.texture(leaf)}}
+    cut = glb.material(alphaMode="MASK", pbrMetallicRoughness=look)
     glass = glb.material(alphaMode="BLEND", pbrMetallicRoughness={"baseColorFactor": [1, 1, 1, 0.2]})
     pane = glb.material(extensions={"KHR_materials_transmission": {"transmissionFactor": 1.0}})
     glb.quad("glass", (0, 0, 0), (1, 0, 0), (0, 1, 0), glass)
