@@ -88,8 +88,8 @@ def _roomy(ground: Ground, radius_m: float, scene: str) -> NDArray[np.bool_]:
     narrow = _largest(ground.clearance >= radius_m)
     if not narrow.any():
         raise SceneError(
-            f"scene {scene!r}: its floor has no room for a robot of {radius_m:.2f} m radius; is it in metres, "
-            "and is the right surface its floor?"
+            f"scene {scene!r}: its floor has no room for a robot of {radius_m:.2f} m radius; is it in "
+            "metres, and is the right surface its floor?"
         )
     for wished in KEPT_CLEAR_M:
         if wished > radius_m:
