@@ -25,14 +25,17 @@ from bench.sequences.rendered import RenderedSequence, calibration
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
 from renderers.camera import T_world_robot
+from renderers.colour_matrix import correction
 from renderers.engine import choose_engine
+from renderers.metering import Exposure
+from renderers.sensor import mean_electrons
 from renderers.truth import Recording
 
 DEPTH_FACTOR = 5000
 """Grey levels per metre in depth pictures, as TUM RGB-D has them."""
 
-BYTES_PER_PIXEL = 8
-"""What a frame's five PNG files take, for the check of free disk; 6.8 in the corridor at noon."""
+BYTES_PER_PIXEL = 11
+"""What a frame's six PNG files take, for the check of free disk; 9.0 in the corridor at noon."""
 
 
 def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress) -> list[Path]:
@@ -113,10 +116,9 @@ class _Folder:
         self._final, self._illumination, self._sequence, self._facts = final, illumination, sequence, facts
         self._aside = final.with_name(f".{final.name}.partial-{os.getpid()}")
         self._frames: list[int] = []
-        self._exposures: list[float] = []
-        self._white_balances: list[list[float]] = []
+        self._exposures: list[Exposure] = []
         try:
-            for name in ("rgb", "depth", "mask", "diffuse", "specular"):
+            for name in ("rgb", "raw", "depth", "mask", "diffuse", "specular"):
                 (self._aside / name).mkdir(parents=True)
         except OSError as error:
             raise BenchError(f"{final}: cannot be written ({error.strerror}); choose another --out") from None
@@ -128,6 +130,7 @@ class _Folder:
         depth = np.where(grey <= 65535, grey, 0).astype(np.uint16)  # beyond 13.1 m there is no number for it
         for name, picture in (
             ("rgb", recording.image),
+            ("raw", recording.raw),
             ("depth", depth),
             ("mask", recording.highlight),
             ("diffuse", self._linear(diffuse, recording)),
@@ -135,13 +138,13 @@ class _Folder:
         ):
             write_png(self._aside / name / f"{frame:06d}.png", picture)
         self._frames.append(frame)
-        self._exposures.append(recording.exposure.seconds)
-        self._white_balances.append(recording.exposure.white_balance.tolist())
+        self._exposures.append(recording.exposure)
 
     def _linear(self, luminance: np.ndarray, recording: Recording) -> np.ndarray:
-        """Luminance as 16-bit linear numbers, full well = 65535, before white balance; clipped there."""
-        sensor = self._sequence.sensor
-        share = luminance * (sensor.electrons_per_luminance * recording.exposure.seconds / sensor.full_well_e)
+        """Luminance behind the colour filters as 16-bit linear numbers, saturation = 65535; clipped there."""
+        sensor, exposure = self._sequence.sensor, recording.exposure
+        electrons = mean_electrons(sensor, luminance, exposure.seconds)
+        share = electrons / sensor.amplified(exposure.gain_db).saturation_e
         return np.asarray(np.round(np.clip(share, 0, 1) * 65535).astype(np.uint16))
 
     def finish(self) -> None:
@@ -199,9 +202,15 @@ class _Folder:
                 "factor": DEPTH_FACTOR,
                 "meaning": "z in the camera frame, exact, without noise; 0 = none, or beyond 13.1 m",
             },
-            "linear": "diffuse + specular: 65535 = full well, before white balance, noise-free, clipped",
+            "linear": (
+                "diffuse + specular: 65535 = saturation, behind the colour filters, noise-free, clipped; "
+                "times white_balance, then colour_matrix, it is linear sRGB"
+            ),
             "mask": f"255 where specular light adds {study.sensor.highlight_threshold} grey levels or more",
             "sensor": study.sensor.model_dump(mode="json"),
-            "exposure_s": self._exposures,
-            "white_balance": self._white_balances,
+            "raw": "the sensor's own numbers, a mosaic behind a colour filter array; black_level_dn is dark",
+            "exposure_s": [exposure.seconds for exposure in self._exposures],
+            "gain_db": [exposure.gain_db for exposure in self._exposures],
+            "white_balance": [exposure.white_balance.tolist() for exposure in self._exposures],
+            "colour_matrix": correction(study.sensor.sensitivities).tolist(),
         }

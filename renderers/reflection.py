@@ -114,7 +114,7 @@ class Reflection:
         def bring(part: slice, rows: I64, into: F32) -> None:
             ends = rows, self._rays[part], self.triangle[part], self.barycentric[part]
             met = baked, albedo, which[part]
-            _bring(*ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit[:, part], into)
+            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, into)
 
         def first(part: slice) -> None:
             bring(part, self.glossy[part], light)
@@ -236,6 +236,7 @@ def _fold(light: F32, more: F32, pixel: I64, first_weight: F32, weight: F32) -> 
 
 @njit(cache=True, nogil=True)
 def _bring(
+    start: int,
     rows: I64,
     rays: F32,
     triangle: I32,
@@ -249,7 +250,7 @@ def _bring(
     sunlit: F32,
     light: F32,
 ) -> None:
-    """What `Reflection.bring` says, for some of the rays."""
+    """What `Reflection.bring` says, for the rays from number ``start`` on."""
     for k in range(len(rows)):
         row, t = light[rows[k]], triangle[k]
         if t < 0:
@@ -264,7 +265,7 @@ def _bring(
         for layer in range(len(sky)):
             for channel in range(3):
                 j = 3 * layer + channel
-                lux = row[j] + sunlit[layer, k]
+                lux = row[j] + sunlit[layer, start + k]
                 row[j] = albedo[which[k], channel] * lux * np.float32(1 / np.pi)
 
 

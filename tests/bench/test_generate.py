@@ -66,6 +66,9 @@ def test_the_pictures_are_those_of_the_run(folder: Path, sequence: RenderedSeque
         basis = sequence.basis(frame)
         recording = sequence.record(basis, illumination, frame)
         np.testing.assert_array_equal(_read(folder / f"rgb/{frame:06d}.png"), recording.image)
+        raw = _read(folder / f"raw/{frame:06d}.png")
+        assert raw.dtype == np.uint16
+        np.testing.assert_array_equal(raw, recording.raw)
         np.testing.assert_array_equal(_read(folder / f"mask/{frame:06d}.png") > 0, recording.highlight)
         depth = _read(folder / f"depth/{frame:06d}.png")
         assert depth.dtype == np.uint16
@@ -93,6 +96,27 @@ def test_diffuse_and_specular_add_up_to_the_recorded_light(folder: Path, sequenc
         difference = (recorded - encoded)[unclipped]
         assert abs(np.median(difference)) < 1.0  # noise has no bias in the middle
         assert np.percentile(np.abs(difference), 99) < 40
+
+
+def test_a_mosaic_on_disk_develops_to_the_picture_beside_it(
+    short_study: RenderedStudy, tmp_path: Path
+) -> None:
+    """By OpenCV and what meta.json says: black, white balance, demosaicing, colour matrix, sRGB."""
+    sensor = {"preset": "machine-vision", "sensitivities": "nikon-5100", "exposure": 0.002, "gain_db": 6}
+    study = RenderedStudy.model_validate(short_study.model_dump(mode="json") | {"sensor": sensor})
+    (written,) = generate(study, GenerateOptions(tmp_path, (NAME,), 1), Silent())
+    meta, raw = json.loads((written / "meta.json").read_text()), _read(written / "raw/000000.png")
+    assert raw.dtype == np.uint16 and raw.shape == (240, 320)
+    assert meta["gain_db"] == [6.0] and meta["sensor"]["colour_filter_array"] == "RGGB"
+    black, white = meta["sensor"]["black_level_dn"], 2 ** meta["sensor"]["bit_depth"] - 1
+    planes = cv2.demosaicing(raw, cv2.COLOR_BayerBG2RGB)  # OpenCV's name for RGGB
+    linear = (planes.astype(float) - black) / (white - black)
+    balanced = np.clip(linear * meta["white_balance"][0], 0, 1) @ np.transpose(meta["colour_matrix"])
+    light = np.clip(balanced, 0, 1)
+    encoded = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    difference = encoded - _read(written / "rgb/000000.png")
+    assert np.median(np.abs(difference)) < 4  # bilinear there, Malvar here
+    assert np.abs(np.median(difference, axis=(0, 1))).max() < 1
 
 
 def test_landmarks_and_poses_are_the_scene_s(folder: Path, sequence: RenderedSequence) -> None:

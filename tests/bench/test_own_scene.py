@@ -30,15 +30,15 @@ def hall(glb, width=6.0, depth=4.0, level=0.4):
     """A hall with a sky of its own: walls, a box in the middle of its floor, a lamp."""
     at = np.array([0, 0, level])
     glb.quad("ground", at, (width, 0, 0), (0, depth, 0))
-    glb.quad("south", at + (width, 0, 0), (-width, 0, 0), (0, 0, 2.5))
-    glb.quad("north", at + (0, depth, 0), (width, 0, 0), (0, 0, 2.5))
+    glb.quad("south", (*at, width, 0, 0), (-width, 0, 0), (0, 0, 2.5))
+    glb.quad("north", (*at, 0, depth, 0), (width, 0, 0), (0, 0, 2.5))
     glb.quad("west", at, (0, depth, 0), (0, 0, 2.5))
-    glb.quad("east", at + (width, depth, 0), (0, -depth, 0), (0, 0, 2.5))
+    glb.quad("east", (*at, width, depth, 0), (0, -depth, 0), (0, 0, 2.5))
     x, y = width / 2, depth / 2
     for k, (corner, along) in enumerate(
         [((-0.3, -0.3), (0.6, 0)), ((0.3, -0.3), (0, 0.6)), ((0.3, 0.3), (-0.6, 0)), ((-0.3, 0.3), (0, -0.6))]
     ):
-        glb.quad(f"box{k}", at + (x + corner[0], y + corner[1], 0), (*along, 0), (0, 0, 1.0))
+        glb.quad(f"box{k}", (*at, x + corner[0], y + corner[1], 0), (*along, 0), (0, 0, 1.0))
     lamp = {"translation": [x, level + 2.2, -1.0], "extensions": glb.light(type="point", intensity=60.0)}
     glb.node(name="lamp", **lamp)
     return glb
