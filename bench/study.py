@@ -5,13 +5,12 @@ from __future__ import annotations
 from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, get_args, overload
+from typing import Any, get_args
 
 import yaml
 from pydantic import ValidationError
 
 from bench.errors import BenchError, unknown_name
-from bench.file_scene import is_file
 from bench.study_errors import reason
 from bench.study_model import (
     SEQUENCES,
@@ -19,7 +18,6 @@ from bench.study_model import (
     FilterChoice,
     Illumination,
     RenderedStudy,
-    SceneChoice,
     Study,
 )
 
@@ -33,7 +31,6 @@ __all__ = [
     "load",
     "names",
     "parse",
-    "with_scene",
 ]
 
 
@@ -82,36 +79,6 @@ def parse(text: str, where: str) -> RenderedStudy | DlrStudy:
         return model.model_validate(content)
     except ValidationError as error:
         raise BenchError(f"{where}: {reason(model, error)}") from None
-
-
-@overload
-def with_scene(study: RenderedStudy, scene: str | None) -> RenderedStudy: ...
-@overload
-def with_scene(study: RenderedStudy | DlrStudy, scene: str | None) -> RenderedStudy | DlrStudy: ...
-def with_scene(study: RenderedStudy | DlrStudy, scene: str | None) -> RenderedStudy | DlrStudy:
-    """The study in another scene, by name or by glTF file; None leaves it as it is.
-
-    Parameters of the scene, and lamps fitted to it, stay if it is the study's own, and go otherwise.
-
-    Raises
-    ------
-    BenchError
-        If the study renders no scene, or the file is no glTF file.
-    """
-    if scene is None:
-        return study
-    if not isinstance(study, RenderedStudy):
-        raise BenchError(f"--scene: study {study.name!r} renders nothing; leave the option out")
-    own = study.scene
-    if scene in (own.name, own.file and own.file.path):
-        return study
-    if not is_file(scene):
-        return study.model_copy(update={"scene": SceneChoice.model_construct(name=scene, seed=own.seed)})
-    try:
-        choice = SceneChoice.model_validate({"seed": own.seed, "file": scene})
-    except ValidationError as error:
-        raise BenchError(f"--scene: {reason(SceneChoice, error)}") from None
-    return study.model_copy(update={"scene": choice})
 
 
 def dump(study: RenderedStudy | DlrStudy) -> str:

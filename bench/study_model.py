@@ -69,9 +69,13 @@ class LampChoice(Part):
 class SceneChoice(Part):
     """A scene of the library (`scenes.library`) with the parameters of its builder, or one out of a ``file``;
     and what its lamps are. A file's scene is named after the file unless it has a ``name``.
+
+    ``seed`` is the builder's; with a ``split`` it counts that split's scenes (`scenes.splits`), so that what
+    is chosen on ``train`` can be judged on ``test``.
     """
 
     name: Name = "corridor"
+    split: Literal["train", "test", "validation"] | None = None
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
     file: FileScene | None = None
@@ -88,10 +92,9 @@ class SceneChoice(Part):
 
     @model_validator(mode="after")
     def _parameters_of_library(self) -> SceneChoice:
-        if self.file is not None and self.parameters:
-            raise ValueError(
-                "parameters are those of a scene of the library; a file has its own keys under file"
-            )
+        for key in ("parameters", "split"):
+            if self.file is not None and getattr(self, key):
+                raise ValueError(f"{key} is for scenes of the library; a file has its own keys under file")
         return self
 
 

@@ -46,7 +46,7 @@ class BakeQuality:
 BOUNCE_FOOTPRINT_M = 0.1
 """What a bounced ray sees of a texture: 512 rays over a hemisphere are 0.1 m apart at a metre's distance."""
 
-SAMPLE = 256
+WARM_UP, SAMPLE = 4, 256
 """Points that are timed to tell how long all will take."""
 
 CAST_AT_ONCE = 4096
@@ -101,15 +101,18 @@ def expected_seconds(
 ) -> float:
     """How long `bake` will take here: a few of its points, timed."""
     points, normals = _vertex_frames(mesh)
-    some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(np.int64)
-    lifted = points[some] + np.float32(OFFSET_M) * normals[some]
-    caster.nearest(lifted[:1], normals[some[:1]])  # the first ray waits until Embree has sorted the triangles
-    start = time.perf_counter()
-    gather = _Gather(mesh, caster, lifted, normals[some], sparse.identity(len(points), format="csr"), quality)
-    for layer in layers:
-        gather.sky(layer)
-        gather.first_bounce(layer)
-    return (time.perf_counter() - start) * min(len(points), MOST_POINTS) / len(some)
+    spread = sparse.identity(len(points), dtype=np.float32, format="csr")
+    seconds = 0.0
+    for count in (WARM_UP, SAMPLE):  # at first kernels are compiled and Embree sorts the triangles
+        some = np.linspace(0, len(points) - 1, count).astype(np.int64)
+        lifted = points[some] + np.float32(OFFSET_M) * normals[some]
+        start = time.perf_counter()
+        gather = _Gather(mesh, caster, lifted, normals[some], spread, quality)
+        for layer in layers:
+            gather.sky(layer)
+            gather.first_bounce(layer)
+        seconds = time.perf_counter() - start
+    return seconds * min(len(points), MOST_POINTS) / SAMPLE
 
 
 def _spread(at: BakePoints, layers: F32) -> F32:

@@ -72,7 +72,7 @@ def _shell(room: Room) -> list[Surface]:
         surface("front", WHITE_WALL, *room.wall("south", front, edge)),
         surface("wall", WHITE_WALL, *room.wall("east", (), edge), *room.wall("west", (), edge)),
         surface("terracotta wall", TERRACOTTA_WALL, *room.wall("north", doors, edge)),
-        surface("door", WOOD, *(room.panel("north", door, edge) for door in doors)),
+        surface("door", LIGHT_WOOD, *(room.panel("north", door, edge) for door in doors)),
         surface("ground", GROUND, ground()),
         surface("house opposite", BRICK, box((-8, -34, -0.3), (w + 12, -28, 7), max_edge_m=4.0)),
     ]

@@ -31,7 +31,7 @@ INSET_M, TURN_M = 1.5, 0.9
 BULB_LM, BULB_RADIUS_M = 3000.0, 0.10
 
 LINOLEUM = Material((0.26, 0.27, 0.28), roughness=0.28)
-DESK_TOP = Material((0.72, 0.71, 0.69), roughness=0.38)
+ENAMEL = Material((0.72, 0.71, 0.69), roughness=0.38)
 WHITEBOARD = Material((0.82, 0.83, 0.83), roughness=0.12)
 GREY_CABINET = Material((0.42, 0.43, 0.44), roughness=0.30)
 CHAIR = Material((0.03, 0.05, 0.14), roughness=0.9, specular=0.4)
@@ -144,7 +144,7 @@ def _island(room: Room, rng: np.random.Generator) -> list[Surface]:
             chairs += seat
             stems += post
     return [
-        surface("desk top", DESK_TOP, *tops),
+        surface("desk top", LIGHT_WOOD, *tops),
         surface("desk leg", GREY_CABINET, *legs),
         surface("screen", BLACK_GLOSS, *screens),
         surface("screen foot", STEEL, *feet),
@@ -200,7 +200,7 @@ def _along_the_walls(room: Room, rng: np.random.Generator) -> list[Surface]:
     return [
         surface("cabinet", GREY_CABINET, *cabinets),
         surface("bookcase", LIGHT_WOOD, box((w - 0.35, case, 0), (w, case + 1.0, 1.8))),
-        surface("radiator", DESK_TOP, *radiators),
+        surface("radiator", ENAMEL, *radiators),
         curved_surface("pot", RED_GLAZE, place(cylinder(0.2, 0.4, sectors=20), (w - 0.5, d - 0.5, 0))),
         curved_surface("leaves", PLANT, place(sphere(0.36, 16), (w - 0.5, d - 0.5, 0.38))),
     ]

@@ -127,10 +127,6 @@ def _table(x: float, y: float) -> list[Surface]:
     ]
 
 
-def _ball(size: float) -> Piece:
-    return sphere(size)
-
-
 def _can(size: float) -> Piece:
     return cylinder(0.8 * size, 2.2 * size, size)
 
@@ -156,7 +152,7 @@ def _board(size: float) -> Piece:
     return place(panel, (0, 0, 0.003), 0.0, -25.0)
 
 
-CURVED: tuple[Callable[[float], Piece], ...] = (_ball, _can, _vase, _cone)
+CURVED: tuple[Callable[[float], Piece], ...] = (sphere, _can, _vase, _cone)
 FLAT: tuple[Callable[[float], Piece], ...] = (_block, _board)
 
 

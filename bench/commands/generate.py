@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.commands.parameters import SceneOption, StudyOption
+from bench.commands.parameters import SceneOption, SplitOption, StudyOption, placed
 
 EXAMPLE = "Example: python -m bench generate --out pictures --illumination sun90000-bulb800 --frames 20"
 
@@ -16,6 +16,7 @@ def generate(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the TUM RGB-D folders go.")],
     study: StudyOption = "quick",
     scene: SceneOption = None,
+    split: SplitOption = None,
     illumination: Annotated[
         list[str] | None,
         typer.Option(
@@ -32,9 +33,9 @@ def generate(
     from bench.errors import BenchError
     from bench.options import GenerateOptions
     from bench.progress import Bars
-    from bench.study import RenderedStudy, load, with_scene
+    from bench.study import RenderedStudy, load
 
-    chosen = with_scene(load(study), scene)
+    chosen = placed(load(study), scene, split)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
     catalogue.check(chosen)

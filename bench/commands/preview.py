@@ -34,17 +34,16 @@ def preview(
 ) -> None:
     """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
     from bench import catalogue
+    from bench.another_place import in_scene
     from bench.errors import BenchError
     from bench.options import PreviewOptions
     from bench.progress import Bars
-    from bench.study import RenderedStudy, load, with_scene
+    from bench.study import RenderedStudy, load
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
-    chosen = with_scene(chosen, scene)
-    if seed is not None:
-        chosen = chosen.model_copy(update={"scene": chosen.scene.model_copy(update={"seed": seed})})
+    chosen = in_scene(chosen, scene, seed=seed)
     catalogue.check(chosen)
     from bench.preview.preview import preview as draw
 

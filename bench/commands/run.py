@@ -12,9 +12,11 @@ from bench.commands.parameters import (
     DataOption,
     ResultsOption,
     SceneOption,
+    SplitOption,
     StudyOption,
     WorkersOption,
     command_line,
+    placed,
     workers_or_cores,
 )
 
@@ -35,6 +37,7 @@ class EngineName(StrEnum):
 def run(
     study: StudyOption = "quick",
     scene: SceneOption = None,
+    split: SplitOption = None,
     data: DataOption = None,
     out: ResultsOption = Path("results"),
     workers: WorkersOption = None,
@@ -52,9 +55,9 @@ def run(
     from bench.errors import BenchError
     from bench.options import RunOptions
     from bench.progress import Bars
-    from bench.study import load, with_scene
+    from bench.study import load
 
-    chosen = _override(with_scene(load(study), scene), engine, seed)
+    chosen = _override(placed(load(study), scene, split), engine, seed)
     if data is not None and chosen.sequence != "dlr":
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     catalogue.check(chosen)

@@ -16,6 +16,7 @@ from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
 from scenes.model import Scene, Sun
+from scenes.splits import seed_of
 
 FloatArray = NDArray[np.float64]
 Colours = dict[str, FloatArray]
@@ -41,10 +42,11 @@ def as_built(study: RenderedStudy) -> Scene:
     """The scene with the sun and groups of lamps of its builder or file; the lamps as the study fits them."""
     if study.scene.file is not None:
         return lamps.fitted(own_scene.build(study), study.scene.lamps)
+    split, seed = study.scene.split, study.scene.seed
     scene = library.load(
         study.scene.name,
         **{
-            "seed": study.scene.seed,
+            "seed": seed if split is None else seed_of(split, seed),
             "speed_mps": study.tour.speed_mps,
             "frame_interval_s": study.tour.frame_interval_s,
             **study.scene.parameters,

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.another_place import in_scene
 from bench.cli import execute
 from bench.own_scene.build import build, sha256
-from bench.study import load, parse, with_scene
+from bench.study import load, parse
 from scenes.errors import SceneError
 from scenes.occupancy import true_occupancy
 
@@ -118,10 +119,11 @@ def test_a_tour_through_a_box_says_where(glb, tmp_path):
 
 def test_scene_option_takes_a_name_or_a_file(glb, tmp_path):
     path = hall(glb).save(tmp_path / "Great Hall 2.glb")
-    study = with_scene(load("quick"), str(path))
+    study = in_scene(load("quick"), str(path))
     assert (study.scene.name, study.scene.file.path, study.scene.seed) == ("great-hall-2", str(path), 7)
-    assert with_scene(study, "corridor").scene.file is None
-    assert with_scene(study, None) is study
+    assert study.illuminations.bulb_lm[0] == pytest.approx(100 * 60 * 4 * np.pi / 800, rel=1e-3)
+    assert in_scene(study, "corridor").scene.file is None
+    assert in_scene(study, None) == in_scene(study, str(path)) == study
     assert len(sha256(study)) == 64 and sha256(load("quick")) == ""
 
 
