@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 
 from scenes import discs
@@ -114,46 +116,55 @@ def _windows(width: float) -> list[Opening]:
 
 def _island(room: Room, rng: np.random.Generator) -> list[Surface]:
     """Two rows of desks face to face, a screen between each pair of seats."""
-    (long, deep), high = DESK_M, DESK_HEIGHT_M
-    x0, y0 = room.width / 2 - DESKS * long / 2, room.depth / 2
-    tops, legs, screens, feet, keys, sheets, mugs, chairs, stems = ([] for _ in range(9))  # type: ignore[var-annotated]
+    parts: dict[str, list[Piece]] = defaultdict(list)
     for k in range(DESKS):
         for side in (-1.0, 1.0):
-            x, left = x0 + (k + 0.5) * long, x0 + k * long
-            near, far = sorted((y0, y0 + side * deep))
-            tops.append(_block((left, near, high - 0.03), (left + long, far, high)))
-            legs += [
-                _block((a, near + 0.05, 0), (a + 0.03, far - 0.05, high - 0.03))
-                for a in (left + 0.04, left + long - 0.07)
-            ]
-            at = x + float(rng.uniform(-0.15, 0.15))
-            back = y0 + side * 0.16
-            screens.append(_screen((at, back, high + 0.14), side, float(rng.uniform(-12, 12))))
-            feet.append(_block((at - 0.12, back - 0.08, high), (at + 0.12, back + 0.08, high + 0.015)))
-            feet.append(
-                _block((at - 0.03, back - 0.015, high + 0.015), (at + 0.03, back + 0.015, high + 0.15))
-            )
-            board = y0 + side * 0.5
-            keys.append(_block((at - 0.22, board - 0.07, high), (at + 0.22, board + 0.07, high + 0.025)))
-            sheets += _sheets(
-                rng, (left + 0.25, y0 + side * 0.45), (left + long - 0.25, y0 + side * 0.55), high
-            )
-            mug = (left + float(rng.uniform(0.1, 0.2)), y0 + side * float(rng.uniform(0.25, 0.6)), high)
-            mugs.append(place(cylinder(0.04, 0.1, sectors=12), mug))
-            seat, post = _chair((at, y0 + side * (deep + float(rng.uniform(0.05, 0.2))), 0.0), side, rng)
-            chairs += seat
-            stems += post
+            left = room.width / 2 + (k - DESKS / 2) * DESK_M[0]
+            _desk(parts, left, room.depth / 2, side, rng)
     return [
-        surface("desk top", LIGHT_WOOD, *tops),
-        surface("desk leg", GREY_CABINET, *legs),
-        surface("screen", BLACK_GLOSS, *screens),
-        surface("screen foot", STEEL, *feet),
-        surface("keyboard", RUBBER, *keys),
-        surface("paper", PAPER, *sheets),
-        curved_surface("mug", RED_GLAZE, *mugs),
-        surface("chair", CHAIR, *chairs),
-        curved_surface("chair foot", STEEL, *stems),
+        surface("desk top", LIGHT_WOOD, *parts["top"]),
+        surface("desk leg", GREY_CABINET, *parts["leg"]),
+        surface("screen", BLACK_GLOSS, *parts["screen"]),
+        surface("screen foot", STEEL, *parts["screen foot"]),
+        surface("keyboard", RUBBER, *parts["keyboard"]),
+        surface("paper", PAPER, *parts["paper"]),
+        curved_surface("mug", RED_GLAZE, *parts["mug"]),
+        surface("chair", CHAIR, *parts["chair"]),
+        curved_surface("chair foot", STEEL, *parts["chair foot"]),
     ]
+
+
+def _desk(
+    parts: dict[str, list[Piece]], left: float, back: float, side: float, rng: np.random.Generator
+) -> None:
+    """One place to work: a desk from ``left`` on whose back edge lies at y = ``back``, and what is on it."""
+    (long, deep), high = DESK_M, DESK_HEIGHT_M
+
+    def y(share: float) -> float:
+        """So far from the back edge towards the seat, metres."""
+        return back + side * share
+
+    near, far = sorted((y(0), y(deep)))
+    parts["top"].append(_block((left, near, high - 0.03), (left + long, far, high)))
+    for a in (left + 0.04, left + long - 0.07):
+        parts["leg"].append(_block((a, near + 0.05, 0), (a + 0.03, far - 0.05, high - 0.03)))
+    x = left + long / 2 + float(rng.uniform(-0.15, 0.15))
+    turn = float(rng.uniform(-12, 12)) + (180.0 if side > 0 else 0.0)
+    panel = _block((-0.30, -0.02, 0.0), (0.30, 0.02, 0.36))  # 27 inch, leaning back
+    parts["screen"].append(place(panel, (x, y(0.16), high + 0.14), turn, -6.0))
+    foot, post = (
+        _block((-0.12, -0.08, 0), (0.12, 0.08, 0.015)),
+        _block((-0.03, -0.015, 0.015), (0.03, 0.015, 0.15)),
+    )
+    parts["screen foot"] += [place(piece, (x, y(0.16), high)) for piece in (foot, post)]
+    keys = _block((-0.22, -0.07, 0), (0.22, 0.07, 0.025))
+    parts["keyboard"].append(place(keys, (x, y(0.5), high)))
+    parts["paper"] += _sheets(rng, (left + 0.25, y(0.45)), (left + long - 0.25, y(0.55)), high)
+    mug = left + float(rng.uniform(0.1, 0.2)), y(float(rng.uniform(0.25, 0.6))), high
+    parts["mug"].append(place(cylinder(0.04, 0.1, sectors=12), mug))
+    seat, stem = _chair((x, y(deep + float(rng.uniform(0.05, 0.2))), 0.0), side, rng)
+    parts["chair"] += seat
+    parts["chair foot"] += stem
 
 
 def _block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Piece:
@@ -161,16 +172,10 @@ def _block(low: tuple[float, float, float], high: tuple[float, float, float]) ->
     return box(low, high, max_edge_m=1.0, bottom=True)
 
 
-def _screen(at: tuple[float, float, float], side: float, yaw_deg: float) -> Piece:
-    """A 27 inch panel that faces its seat."""
-    panel = _block((-0.30, -0.02, 0.0), (0.30, 0.02, 0.36))
-    return place(panel, at, yaw_deg + (180.0 if side > 0 else 0.0), 6.0)
-
-
 def _sheets(
     rng: np.random.Generator, low: tuple[float, float], high: tuple[float, float], desk: float
 ) -> list[Piece]:
-    """A few sheets of A4 and a pile, 3 mm proud and more, so that none lies in another's plane."""
+    """One to three sheets of A4, 3 mm proud and more, so that none lies in another's plane."""
     pieces = []
     for k in range(int(rng.integers(1, 4))):
         sheet = rectangle((-0.105, -0.148, 0), (0.21, 0, 0), (0, 0.297, 0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 
 from scenes import discs
@@ -133,7 +135,7 @@ def _racks(rows: list[tuple[float, float, float, float]]) -> list[Surface]:
 
 def _goods(rows: list[tuple[float, float, float, float]], rng: np.random.Generator) -> list[Surface]:
     """Cartons, wrapped goods, drums and crates in most places of the racks, on pallets where a truck goes."""
-    cartons, wrapped, drums, crates, pallets = ([] for _ in range(5))  # type: ignore[var-annotated]
+    goods: dict[str, list[Piece]] = defaultdict(list)
     for x0, x1, y0, y1 in rows:
         places = np.arange(x0 + BAY_M / 4, x1, BAY_M / 2).tolist()
         for z in LEVELS_M:
@@ -145,24 +147,23 @@ def _goods(rows: list[tuple[float, float, float, float]], rng: np.random.Generat
                 y, base = (y0 + y1) / 2, z + (0.13 if z == LEVELS_M[0] else 0.002)
                 if z == LEVELS_M[0]:
                     low, high = (x - 0.58, y - 0.4, z + 0.002), (x + 0.58, y + 0.4, base)
-                    pallets.append(box(low, high, max_edge_m=2.0))
+                    goods["pallet"].append(box(low, high, max_edge_m=2.0))
                 block = box((-wide / 2, -deep / 2, 0), (wide / 2, deep / 2, tall), max_edge_m=2.0)
                 if kind < 0.62:
-                    cartons.append(place(block, (x, y, base), yaw))
+                    goods["carton"].append(place(block, (x, y, base), yaw))
                 elif kind < 0.82:
-                    wrapped.append(place(block, (x, y, base), yaw))
+                    goods["wrapped"].append(place(block, (x, y, base), yaw))
                 elif kind < 0.92:
-                    drums += [
-                        place(cylinder(0.28, 0.88, sectors=12), (x + s, y, base)) for s in (-0.29, 0.29)
-                    ]
+                    drum = cylinder(0.28, 0.88, sectors=12)
+                    goods["drum"] += [place(drum, (x + aside, y, base)) for aside in (-0.29, 0.29)]
                 else:
-                    crates.append(place(block, (x, y, base), yaw))
+                    goods["crate"].append(place(block, (x, y, base), yaw))
     return [
-        surface("carton", CARTON, *cartons),
-        surface("wrapped pallet", FILM, *wrapped),
-        curved_surface("drum", DRUM, *drums),
-        surface("crate", CRATE, *crates),
-        surface("pallet", LIGHT_WOOD, *pallets),
+        surface("carton", CARTON, *goods["carton"]),
+        surface("wrapped pallet", FILM, *goods["wrapped"]),
+        curved_surface("drum", DRUM, *goods["drum"]),
+        surface("crate", CRATE, *goods["crate"]),
+        surface("pallet", LIGHT_WOOD, *goods["pallet"]),
     ]
 
 
@@ -195,8 +196,8 @@ def _truck(at: tuple[float, float]) -> tuple[list[Piece], list[Piece], list[Piec
     body = [box((-0.4, -0.5, 0.08), (0.4, 0.1, 0.95), bottom=True)]
     dark = [box((a, 0.1, 0.05), (a + 0.08, 0.2, 2.1), bottom=True) for a in (-0.35, 0.27)]
     dark += [box((a, 0.2, 0.06), (a + 0.14, 1.3, 0.12), bottom=True) for a in (-0.3, 0.16)]
-    wheel = place(cylinder(0.1, 0.08, sectors=14), (0, 0, 0), 90.0, 90.0)
-    wheels = [place(wheel, (a, -0.35, 0.1)) for a in (-0.42, 0.34)]
+    wheel = cylinder(0.1, 0.08, sectors=14)
+    wheels = [place(wheel, (s * 0.34, -0.35, 0.1), s * 90.0, 90.0) for s in (-1, 1)]
     at3 = (x, y, 0.0)
     return [place(p, at3) for p in body], [place(p, at3) for p in dark], [place(p, at3) for p in wheels]
 
