@@ -48,6 +48,10 @@ class Reflection:
     points, normals : (rays, 3) float32
         Where their rays end, one for each of them and then 15 more for each on a curved surface; the normal
         is 0 where that is the sky.
+    triangle : (rays,) int32
+        What they meet, `NOTHING` for the sky.
+    barycentric : (rays, 2) float32
+        Where in it: weights of its second and third vertex.
     """
 
     def __init__(
@@ -71,7 +75,7 @@ class Reflection:
         self._rays = np.empty((len(self._pixel), 6), dtype=np.float32)
         self._weight = np.zeros(len(self._pixel), dtype=np.float32)
         threads.over(len(self._pixel), self._aim)
-        self._triangle, self._distance, self._bary = caster.first_hit(self._rays)
+        self.triangle, self._distance, self.barycentric = caster.first_hit(self._rays)
         self.points, self.normals = np.empty_like(self._rays[:, :3]), np.empty_like(self._rays[:, :3])
         threads.over(len(self._pixel), self._arrive)
         self._first_weight = np.zeros(len(surfaces.surface), dtype=np.float32)
@@ -93,10 +97,10 @@ class Reflection:
         )
 
     def _arrive(self, part: slice) -> None:
-        ends = self._rays[part], self._triangle[part], self._distance[part]
+        ends = self._rays[part], self.triangle[part], self._distance[part]
         _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
 
-    def bring(self, baked: F32, albedo: F32, sky: F32, sunlit: F32) -> F32:
+    def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32) -> F32:
         """Luminance that each pixel's ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
 
         On a curved surface, the mean over the pixel's 16 rays.
@@ -105,8 +109,10 @@ class Reflection:
         ----------
         baked : (v, 3 L) float32
             Illuminance at the mesh's vertices, lux, channels within layers.
-        albedo : (s, 3) float32
-            Diffuse albedo of each surface.
+        albedo : (a, 3) float32
+            Diffuse albedos.
+        which : (rays,) int32
+            Which of them each ray meets; of the sky's, any.
         sky : (L,) float32
             The sky's luminance in each layer.
         sunlit : (L, rays) float32
@@ -117,9 +123,9 @@ class Reflection:
         more = np.empty((len(self._pixel) - count, layers), dtype=np.float32)
 
         def bring(part: slice, rows: I64, into: F32) -> None:
-            ends = rows, self._rays[part], self._triangle[part], self._bary[part]
-            of_mesh = self._mesh.triangles, self._mesh.surface
-            _bring(part.start, *ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit, into)
+            ends = rows, self._rays[part], self.triangle[part], self.barycentric[part]
+            met = baked, albedo, which[part]
+            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, into)
 
         def first(part: slice) -> None:
             bring(part, self.glossy[part], light)
@@ -263,9 +269,9 @@ def _bring(
     bary: F32,
     horizon_z: float,
     triangles: I32,
-    surface: I32,
     baked: F32,
     albedo: F32,
+    which: I32,
     sky: F32,
     sunlit: F32,
     light: F32,
@@ -286,7 +292,7 @@ def _bring(
             for channel in range(3):
                 j = 3 * layer + channel
                 lux = row[j] + sunlit[layer, start + k]
-                row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
+                row[j] = albedo[which[k], channel] * lux * np.float32(1 / np.pi)
 
 
 @njit(cache=True, nogil=True)
