@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from bench.errors import unknown_name
-from bench.study_model import RenderedStudy
+import numpy as np
+from pydantic import ValidationError
+
+from bench.errors import BenchError, unknown_name
+from bench.file_scene import is_file
+from bench.own_scene.build import build
+from bench.study_errors import reason
+from bench.study_model import RenderedStudy, SceneChoice
 from scenes import library
 
 
@@ -13,38 +19,53 @@ def in_scene(
     """The study in another scene, in another split, or at another of its scenes.
 
     In another scene the builder's parameters are that scene's own, and ``bulb_lm`` keeps its ratio to the
-    lamps that the scene is built with: a warehouse's high bays are no corridor's bulbs.
+    lamps that the scene is built with, or has in its file: a warehouse's high bays are no corridor's bulbs.
 
     Parameters
     ----------
     name : str, optional
-        A scene of the library; without one, the study's.
+        A scene of the library, or the path of a glTF file; without one, the study's.
     split : {"train", "test", "validation"}, optional
         Which scenes ``seed`` counts (`scenes.splits`); without one, the study's.
 
     Raises
     ------
     BenchError
-        For a scene that does not exist, with near names.
+        For a scene that does not exist, with near names, a file that is no glTF file, or a split of a file.
+    SceneError
+        If the file gives no scene.
     """
     scene, grid = study.scene, study.illuminations
-    if name is not None and name != scene.name:
-        known = library.names()
-        if name not in known:
-            raise unknown_name("scene", name, known)
-        ratio = _lumen(name) / _lumen(scene.name)
+    if name is not None and name not in (scene.name, scene.file and scene.file.path):
+        other = _choice(name, scene.seed)
+        there = study.model_copy(update={"scene": other})
+        ratio = _lumen(there) / _lumen(study)
         bulb_lm = tuple(float(f"{value * ratio:.4g}") for value in grid.bulb_lm)
         grid = grid.model_copy(update={"bulb_lm": bulb_lm})
-        scene = scene.model_copy(update={"name": name, "parameters": {}})
+        scene = scene.model_copy(update={"name": other.name, "parameters": {}, "file": other.file})
     changes: dict[str, object] = {}
     if split is not None:
+        if scene.file is not None:
+            raise BenchError(f"--split: {scene.file.path} is one scene, not a family; leave the option out")
         changes["split"] = split
     if seed is not None:
         changes["seed"] = seed
     return study.model_copy(update={"scene": scene.model_copy(update=changes), "illuminations": grid})
 
 
-def _lumen(name: str) -> float:
-    """Of a lamp as the scene is built; 1 for a scene without any."""
-    bulbs = library.load(name).bulbs
-    return bulbs[0].lumen if bulbs else 1.0
+def _choice(name: str, seed: int) -> SceneChoice:
+    if not is_file(name):
+        if name not in library.names():
+            raise unknown_name("scene", name, library.names())
+        return SceneChoice(name=name, seed=seed)
+    try:
+        return SceneChoice.model_validate({"seed": seed, "file": name})
+    except ValidationError as error:
+        raise BenchError(f"--scene: {reason(SceneChoice, error)}") from None
+
+
+def _lumen(study: RenderedStudy) -> float:
+    """Of the middle lamp as the scene is built; 1 for a scene without any."""
+    place = study.scene
+    bulbs = library.load(place.name).bulbs if place.file is None else build(study).bulbs
+    return float(np.median([bulb.lumen for bulb in bulbs])) if bulbs else 1.0

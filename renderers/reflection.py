@@ -9,7 +9,7 @@ neighbour shares the plane: its pixels cast all 16 rays themselves.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numba import njit
@@ -29,6 +29,9 @@ MIRROR_ROUGHNESS = 0.4
 SHARP_ROUGHNESS = 0.1
 """Smoother surfaces mirror sharply: their lobe is about a pixel wide."""
 
+R2 = np.array([0.7548776662466927, 0.5698402909980532])
+"""1/φ and 1/φ² of the plastic number φ."""
+
 LOBE_POINTS = 16
 
 SAME_PLANE = 0.999
@@ -45,12 +48,23 @@ class Reflection:
     points, normals : (rays, 3) float32
         Where their rays end, one for each of them and then 15 more for each on a curved surface; the normal
         is 0 where that is the sky.
+    triangle : (rays,) int32
+        What they meet, `NOTHING` for the sky.
+    barycentric : (rays, 2) float32
+        Where in it: weights of its second and third vertex.
     """
 
     def __init__(
-        self, mesh: SceneMesh, caster: RayCaster, surfaces: Surfaces, horizon_z: float, threads: Threads
+        self,
+        mesh: SceneMesh,
+        caster: RayCaster,
+        surfaces: Surfaces,
+        horizon_z: float,
+        threads: Threads,
+        factor: int,
     ) -> None:
         self._mesh, self._surfaces, self._horizon_z, self._threads = mesh, surfaces, horizon_z, threads
+        self._factor = factor
         self.glossy = np.flatnonzero((surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING))
         blurry = surfaces.roughness[self.glossy] > SHARP_ROUGHNESS
         self._curved = self.glossy[surfaces.curved[self.glossy] & blurry]
@@ -61,7 +75,7 @@ class Reflection:
         self._rays = np.empty((len(self._pixel), 6), dtype=np.float32)
         self._weight = np.zeros(len(self._pixel), dtype=np.float32)
         threads.over(len(self._pixel), self._aim)
-        self._triangle, self._distance, self._bary = caster.first_hit(self._rays)
+        self.triangle, self._distance, self.barycentric = caster.first_hit(self._rays)
         self.points, self.normals = np.empty_like(self._rays[:, :3]), np.empty_like(self._rays[:, :3])
         threads.over(len(self._pixel), self._arrive)
         self._first_weight = np.zeros(len(surfaces.surface), dtype=np.float32)
@@ -76,16 +90,17 @@ class Reflection:
             at.to_eye,
             at.roughness,
             _lobe_points(),
+            _lobe_shifts(at.shape, self._factor),
             self._number[part],
             self._rays[part],
             self._weight[part],
         )
 
     def _arrive(self, part: slice) -> None:
-        ends = self._rays[part], self._triangle[part], self._distance[part]
+        ends = self._rays[part], self.triangle[part], self._distance[part]
         _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
 
-    def bring(self, baked: F32, albedo: F32, sky: F32, sunlit: F32) -> F32:
+    def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32) -> F32:
         """Luminance that each pixel's ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
 
         On a curved surface, the mean over the pixel's 16 rays.
@@ -94,8 +109,10 @@ class Reflection:
         ----------
         baked : (v, 3 L) float32
             Illuminance at the mesh's vertices, lux, channels within layers.
-        albedo : (s, 3) float32
-            Diffuse albedo of each surface.
+        albedo : (a, 3) float32
+            Diffuse albedos.
+        which : (rays,) int32
+            Which of them each ray meets; of the sky's, any.
         sky : (L,) float32
             The sky's luminance in each layer.
         sunlit : (L, rays) float32
@@ -106,9 +123,9 @@ class Reflection:
         more = np.empty((len(self._pixel) - count, layers), dtype=np.float32)
 
         def bring(part: slice, rows: I64, into: F32) -> None:
-            ends = rows, self._rays[part], self._triangle[part], self._bary[part]
-            of_mesh = self._mesh.triangles, self._mesh.surface
-            _bring(part.start, *ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit, into)
+            ends = rows, self._rays[part], self.triangle[part], self.barycentric[part]
+            met = baked, albedo, which[part]
+            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, into)
 
         def first(part: slice) -> None:
             bring(part, self.glossy[part], light)
@@ -159,6 +176,20 @@ def _lobe_points() -> F32:
     )
 
 
+@lru_cache(maxsize=4)
+def _lobe_shifts(shape: tuple[int, int], factor: int) -> F32:
+    """(H·W, 2) float32: how each sample shifts its lobe's points on the torus (Cranley & Patterson 1976).
+
+    The blocks of 4 × 4 of a pixel of ``factor`` squared samples go along the sequence R2 (Roberts 2018), so
+    that more samples converge; every pixel alike, and one sample a pixel not at all, so that no noise shows.
+    """
+    row, column = np.divmod(np.arange(shape[0] * shape[1]), shape[1])
+    block = row // 4 % factor * factor + column // 4 % factor
+    shifts = ((block[:, None] * R2) % 1.0).astype(np.float32)
+    shifts.setflags(write=False)
+    return shifts
+
+
 @njit(cache=True, nogil=True)
 def _lobe_rays(
     pixel: I64,
@@ -167,6 +198,7 @@ def _lobe_rays(
     to_eye: F32,
     roughness: F32,
     lobe: F32,
+    shift: F32,
     number: I64,
     rays: F32,
     weight: F32,
@@ -188,7 +220,7 @@ def _lobe_rays(
             else:
                 ax, ay, az, _, _, _ = tangents(x, y, z)
             bx, by, bz = y * az - z * ay, z * ax - x * az, x * ay - y * ax
-            u, w = lobe[number[k], 0], lobe[number[k], 1]
+            u, w = (lobe[number[k], 0] + shift[i, 0]) % 1.0, (lobe[number[k], 1] + shift[i, 1]) % 1.0
             p, q, r = visible_normal(np.sqrt(max(1.0 - nv * nv, 0.0)), nv, alpha, u, w)
             hx, hy, hz = p * ax + q * bx + r * x, p * ay + q * by + r * y, p * az + q * bz + r * z
         vh = ex * hx + ey * hy + ez * hz
@@ -237,9 +269,9 @@ def _bring(
     bary: F32,
     horizon_z: float,
     triangles: I32,
-    surface: I32,
     baked: F32,
     albedo: F32,
+    which: I32,
     sky: F32,
     sunlit: F32,
     light: F32,
@@ -260,7 +292,7 @@ def _bring(
             for channel in range(3):
                 j = 3 * layer + channel
                 lux = row[j] + sunlit[layer, start + k]
-                row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
+                row[j] = albedo[which[k], channel] * lux * np.float32(1 / np.pi)
 
 
 @njit(cache=True, nogil=True)

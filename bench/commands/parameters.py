@@ -38,8 +38,8 @@ SceneOption = Annotated[
     str | None,
     typer.Option(
         "--scene",
-        metavar="NAME",
-        help="Instead of the study's; lamps keep their ratio to the scene's own. (Default: the study's.)",
+        metavar="NAME|FILE",
+        help="A scene or a glTF file; lamps keep their ratio to its own. (Default: the study's.)",
     ),
 ]
 SplitOption = Annotated[

@@ -13,7 +13,7 @@ EXAMPLE = "Example: python -m bench preview corridor"
 
 
 def preview(
-    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library.")],
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library, or a glTF file.")],
     study: StudyOption = "quick",
     views: Annotated[int, typer.Option("--views", min=1, metavar="N", help="Along the tour.")] = 4,
     illumination: Annotated[

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.illumination_grid import Illumination
+from bench.own_scene import build as own_scene
 from bench.sequences import lamps
 from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
@@ -38,7 +39,9 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 
 def as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's own sun and groups of lamps; the lamps fitted as the study has them."""
+    """The scene with the sun and groups of lamps of its builder or file; the lamps as the study fits them."""
+    if study.scene.file is not None:
+        return lamps.fitted(own_scene.build(study), study.scene.lamps)
     split, seed = study.scene.split, study.scene.seed
     scene = library.load(
         study.scene.name,
