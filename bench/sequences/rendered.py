@@ -16,6 +16,7 @@ from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Camera, Fisheye, Mount, Pinhole
 from renderers.illuminant import linear_srgb
+from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
 from renderers.sensor_presets import PRESETS
@@ -43,6 +44,8 @@ class SequenceSetup:
         Of the ray caster in this process, 0 for all cores.
     cache : Path, optional
         Where baked light is kept.
+    quality : BakeQuality
+        How much work goes into baked light.
     """
 
     study: RenderedStudy
@@ -50,6 +53,7 @@ class SequenceSetup:
     colours: Colours
     threads: int
     cache: Path | None
+    quality: BakeQuality = FULL_QUALITY
 
 
 class RenderedSequence:
@@ -80,6 +84,7 @@ class RenderedSequence:
             self.study.camera.supersampling,
             self._setup.threads,
             self._setup.cache,
+            self._setup.quality,
         )
 
     def basis(self, frame: int) -> LightBasis:

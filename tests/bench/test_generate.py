@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import scenes
 from bench import cli
 from bench.datasets import PictureSet
 from bench.datasets.verify import verify
@@ -39,9 +40,8 @@ def study(short_study: RenderedStudy) -> RenderedStudy:
 
 
 def _options(out: Path, **changes: object) -> GenerateOptions:
-    return GenerateOptions(
-        **{"out": out, "illuminations": LIGHTS, "frames": FRAMES, "layouts": LAYOUTS, **changes}
-    )
+    usual = {"illuminations": LIGHTS, "frames": FRAMES, "layouts": LAYOUTS}
+    return GenerateOptions(out, **{**usual, **changes})
 
 
 @pytest.fixture(scope="module")
@@ -169,12 +169,12 @@ def test_a_full_disk_stops_cleanly_and_is_continued(whole, study, tmp_path, proc
                         file.write(bytes(4096))
                 assert full.value.errno == errno.ENOSPC
 
-        with pytest.raises(BenchError, match="No space left on device; make room, then .*--resume") as error:
+        with pytest.raises(BenchError, match=r"No space left on device; make room, then .*--resume") as error:
             generate(study, _options(out, workers=processes), Calls(fill))
         assert "\n" not in str(error.value)
         assert not (out / "dataset.json").exists() and not list(out.rglob("*.partial"))
         assert len(verify(out, Silent()).problems) == 1  # unfinished, but all that is listed is whole
-        with pytest.raises(BenchError, match="No space left on device|MB free"):
+        with pytest.raises(BenchError, match=r"No space left on device|MB free"):
             resume(out, processes, Silent())
         ballast.unlink()
         resume(out, processes, Silent())
@@ -248,22 +248,52 @@ def test_the_reader_s_layouts_agree(whole):
 def test_the_reader_refuses_what_is_not_there(whole, tmp_path):
     with pytest.raises(BenchError, match="did you mean 'tum'"):
         PictureSet(whole, "tumm")
-    with pytest.raises(BenchError, match="unknown layout of .* 'exr-float': did you mean 'exr'"):
+    with pytest.raises(BenchError, match=r"unknown layout of .* 'exr-float': did you mean 'exr'"):
         PictureSet(whole, "exr-float")
-    with pytest.raises(BenchError, match="unknown split of .* 'train': known: all"):
+    with pytest.raises(BenchError, match=r"unknown split of .* 'train': known: all"):
         PictureSet(whole, split="train")
     with pytest.raises(BenchError, match=r"dataset.json: cannot be read"):
         PictureSet(tmp_path)
 
 
+HALL = """
+import numpy as np
+from scenes.geometry import rectangle, surface
+from scenes.library import scene
+from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun
+from scenes.tour import drive, rounded_loop
+
+@scene("hall")
+def build(seed=0, speed_mps=0.93, frame_interval_s=0.5):
+    "An open hall."
+    grey = Material((0.3, 0.3, 0.3), roughness=0.2)
+    floor = surface("floor", grey, rectangle((0, 0, 0), (8, 0, 0), (0, 8, 0)))
+    places = np.random.default_rng(seed).uniform(1, 7, (4, 2))
+    discs = tuple(Landmark(k, tuple(p), 0.15, white=k < 2) for k, p in enumerate(places.tolist()))
+    way = rounded_loop(np.array([[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0]]), radius=0.5)
+    tour = drive(way, 0.0, 12.0, speed_mps, frame_interval_s)
+    return Scene("hall", (floor,), discs, Sun(180, 40, 20_000), Sky(2_500), (Bulb((4, 4, 2.5), 800),),
+                 tour, "floor", (0.85,) * 3, (0.03,) * 3, (0, 0, 8, 8))
+"""
+
+
+@pytest.fixture
+def hall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene that bakes in no time, found as any module of the room is."""
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "hall.py").write_text(HALL)
+    monkeypatch.setattr(scenes, "__path__", [*scenes.__path__, str(tmp_path / "room")])
+
+
+@pytest.mark.usefixtures("hall")
 def test_splits_share_no_geometry_and_are_read_apart(study, tmp_path):
     out = tmp_path / "set"
     splits = ("train", "test")
-    generate(study, _options(out, splits=splits, frames=1, layouts=("tum",)), Silent())
+    generate(study, _options(out, scenes=("hall",), splits=splits, frames=1, layouts=("tum",)), Silent())
     train, test = (PictureSet(out, split=split) for split in splits)
-    assert {train[k]["sequence"] for k in range(2)} == {f"corridor-train/{light}" for light in LIGHTS}
-    assert {test[k]["sequence"] for k in range(2)} == {f"corridor-test/{light}" for light in LIGHTS}
-    marks = [(out / f"tum/corridor-{split}/{LIGHTS[0]}/landmarks.csv").read_text() for split in splits]
+    assert {train[k]["sequence"] for k in range(2)} == {f"hall-train/{light}" for light in LIGHTS}
+    assert {test[k]["sequence"] for k in range(2)} == {f"hall-test/{light}" for light in LIGHTS}
+    marks = [(out / f"tum/hall-{split}/{LIGHTS[0]}/landmarks.csv").read_text() for split in splits]
     assert marks[0] != marks[1]
     manifest = json.loads((out / "dataset.json").read_text())
     assert {split: len(names) for split, names in manifest["splits"].items()} == {"train": 2, "test": 2}
@@ -279,7 +309,10 @@ def test_splits_share_no_geometry_and_are_read_apart(study, tmp_path):
         (["--layout", "tmu"], "unknown layout 'tmu': did you mean 'tum'?"),
         (["--scene", "coridor"], "unknown scene 'coridor': did you mean 'corridor'?"),
         (["--split", "tests"], "unknown split 'tests': did you mean 'test'?"),
-        (["--illumination", "sun0-bulb80"], "did you mean 'sun0-bulb800'"),
+        (
+            ["--illumination", "sun0-bulb10"],
+            "'sun0-bulb10': did you mean 'sun0-bulb100'",
+        ),
     ],
 )
 def test_unknown_names_are_one_line_and_write_nothing(capsys, tmp_path, arguments, expected):
