@@ -52,8 +52,9 @@ def check(study: RenderedStudy | DlrStudy) -> None:
 
     Raises
     ------
-    BenchError, VslamError
-        For a scene, filter, back-end, association or observation form that does not exist, with near names.
+    BenchError, SceneError, RendererError, VslamError
+        For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
+        with near names.
     """
     from vslam.slam import SlamSettings
 
@@ -61,6 +62,7 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
         _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
         _try_parameters(study)
+        _try_lights(study)
         SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
     else:
         for association, observation in product(study.associations, study.observations):
@@ -74,6 +76,14 @@ def _try_parameters(study: RenderedStudy) -> None:
     for choice in study.filters:
         if choice.parameters:
             registry.create(choice.name, **choice.parameters)
+
+
+def _try_lights(study: RenderedStudy) -> None:
+    """Build the scene and look its colours up, so that a wrong lamp or illuminant leaves no trace."""
+    from bench.data import cache_folder
+    from bench.sequences.lighting import light_colours
+
+    light_colours(study, cache_folder())
 
 
 def _known(kind: str, wanted: Iterable[str], known: Iterable[str]) -> None:

@@ -8,7 +8,7 @@ import sys
 import typer
 from typer.exceptions import TyperException
 
-from bench.commands import doctor, fetch, generate, listing, report, run, speed
+from bench.commands import doctor, fetch, generate, listing, preview, report, run, speed
 from bench.errors import BenchError
 from renderers.errors import RendererError
 from reports.errors import ReportError
@@ -28,6 +28,7 @@ app = typer.Typer(
 )
 app.command("run", epilog=run.EXAMPLE)(run.run)
 app.command("generate", epilog=generate.EXAMPLE)(generate.generate)
+app.command("preview", epilog=preview.EXAMPLE)(preview.preview)
 app.command("list", epilog=listing.EXAMPLE)(listing.list_known)
 app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
 app.command("fetch", epilog=fetch.EXAMPLE)(fetch.fetch)

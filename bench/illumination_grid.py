@@ -1,18 +1,23 @@
-"""The illuminations of a study: every sun with every bulb and every state of the lamps."""
+"""The illuminations of a study: every sun, or time of day, with every bulb and every state of the lamps."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from difflib import get_close_matches
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from bench.study_parts import Name, NotNegative, Part, Positive
+from bench.lamp_states import STEADY, Lamps
+from bench.study_parts import Illuminant, NotNegative, Part, refuse_unknown
+from bench.times_of_day import TimesOfDay, label
+from scenes.model import Sun
 
-STEADY = "all"
-"""The state of lamps that all burn steadily; it adds nothing to an illumination's name."""
+SKY_PER_SUN = 0.124
+"""12 klx of diffuse light to 97 klx of direct light on a clear day (ASTM G-173 weighted by V(λ))."""
+
+SUNS_LUX = (0.0, 10_000.0, 90_000.0)
+"""Where a study names neither suns nor times: night, overcast-bright, clear noon."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,12 @@ class Illumination:
         Share of the scene's lamps that are broken.
     flicker_hz, flicker_depth : float
         Φ(t) = bulb_lm · (1 + depth · cos(2π f t)).
+    time : str
+        Time of day, "09:00"; empty where the study names suns by their lux.
+    sun : Sun, optional
+        Where the sun stands at that time; without it, where the scene's own stands.
+    sun_illuminant, sky_illuminant, lamp_illuminant : str
+        CIE illuminant or colour temperature; where empty, the scene's own.
     """
 
     name: str
@@ -45,59 +56,28 @@ class Illumination:
     broken: float = 0.0
     flicker_hz: float = 0.0
     flicker_depth: float = 0.0
+    time: str = ""
+    sun: Sun | None = None
+    sun_illuminant: str = ""
+    sky_illuminant: str = ""
+    lamp_illuminant: str = ""
 
-
-class Flicker(Part):
-    """Lamps that flicker in phase, as on one mains phase, 1 at the tour's first frame.
-
-    ``depth`` is IEEE 1789's modulation depth, (max − min) / (max + min). The factor is taken at a frame's
-    stamp: a picture's exposure is taken as short against the period, and a frequency that is a multiple of
-    the frame rate looks steady, as it would to such a camera.
-    """
-
-    frequency_hz: Positive
-    depth: Annotated[float, Field(ge=0, le=1)]
-
-
-class Lamps(Part):
-    """Which lamps burn, and how. A lamp is ``lamp-0``, ``lamp-1``, … in the scene's order, or a group's name.
-
-    ``broken`` of all lamps are broken besides, drawn from the study's seed and this state's name.
-    """
-
-    name: Name
-    without: tuple[str, ...] = ()
-    only: tuple[str, ...] = ()
-    broken: Annotated[float, Field(ge=0, le=1)] = 0.0
-    flicker: Flicker | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _all(cls, value: Any) -> Any:
-        return {"name": STEADY} if value == STEADY else value
-
-    @model_validator(mode="after")
-    def _says_what_it_is(self) -> Lamps:
-        plain = not (self.without or self.only or self.broken or self.flicker)
-        if plain != (self.name == STEADY):
-            raise ValueError(
-                f"{self.name!r} says nothing of its lamps; give it without, only, broken or flicker"
-                if plain
-                else f"the name {STEADY!r} is kept for lamps that all burn steadily; choose another"
-            )
-        return self
+    def labels(self) -> dict[str, object]:
+        """Its columns in the tables of `bench.schema`."""
+        return {
+            "illumination": self.name,
+            "time": self.time,
+            "sun_lux": self.sun_lux,
+            "bulb_lm": self.bulb_lm,
+            "lamps": self.lamps,
+        }
 
 
 def _expanded(value: Any) -> Any:
     """A list as it is; ``{log: [low, high], steps: n}`` as n values in equal ratios, rounded to 4 digits."""
     if not isinstance(value, dict):
         return value
-    for key in value:
-        if key not in ("log", "steps"):
-            near = get_close_matches(str(key), ("log", "steps"), n=1, cutoff=0.5)
-            raise ValueError(
-                f"unknown key {key!r}: {f'did you mean {near[0]!r}?' if near else 'known: log, steps'}"
-            )
+    refuse_unknown(value, ("log", "steps"))
     ends, steps = value.get("log"), value.get("steps")
     if not (isinstance(ends, list | tuple) and len(ends) == 2 and all(_is_number(e) for e in ends)):
         raise ValueError(f"log should be two numbers, such as [100, 100000], not {ends!r}")
@@ -121,21 +101,39 @@ Expanded = BeforeValidator(_expanded)
 
 
 class IlluminationGrid(Part):
-    """Every sun with every bulb and every state of the lamps.
+    """Every sun, or time of day, with every bulb and every state of the lamps.
 
     ``sun_lux`` and ``bulb_lm`` are lists or log ranges, ``{log: [100, 100000], steps: 4}``.
-    ``sky_per_sun`` ties the sky to the sun: 12 klx of diffuse light to 97 klx of direct light on a clear
-    day (ASTM G-173 weighted by V(λ)) give 0.124.
+    ``sky_per_sun`` ties the sky to the sun. ``sun_illuminant`` and ``sky_illuminant`` give them another
+    colour than the scene's. ``times`` stands for all of these: there sun and sky are a clear day's.
     """
 
-    sun_lux: Annotated[tuple[Annotated[float, Field(ge=0, le=200_000)], ...], Expanded] = Field(
-        (0.0, 10_000.0, 90_000.0), min_length=1
-    )
+    sun_lux: Annotated[tuple[Annotated[float, Field(ge=0, le=200_000)], ...], Expanded]
     bulb_lm: Annotated[tuple[Annotated[float, Field(ge=0, le=1_000_000)], ...], Expanded] = Field(
         (200.0, 800.0, 3200.0), min_length=1
     )
-    sky_per_sun: NotNegative = 0.124
+    sky_per_sun: NotNegative = SKY_PER_SUN
+    sun_illuminant: Illuminant | None = None
+    sky_illuminant: Illuminant | None = None
+    times: TimesOfDay | None = None
     lamps: tuple[Lamps, ...] = Field((Lamps(name=STEADY),), min_length=1)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _usual_suns(cls, value: Any) -> Any:
+        if not isinstance(value, dict) or "sun_lux" in value:
+            return value
+        return {**value, "sun_lux": SUNS_LUX if value.get("times") is None else ()}
+
+    @model_validator(mode="after")
+    def _suns_or_times(self) -> IlluminationGrid:
+        if self.times is None and not self.sun_lux:
+            raise ValueError("sun_lux: give at least one value, such as 0 for no sun, or times")
+        given = [key for key in ("sun_lux", "sun_illuminant", "sky_illuminant") if getattr(self, key)]
+        given += ["sky_per_sun"] * (self.sky_per_sun != SKY_PER_SUN)
+        if self.times is not None and given:
+            raise ValueError(f"times says where and how bright sun and sky are; leave {given[0]} out")
+        return self
 
     @model_validator(mode="after")
     def _distinct(self) -> IlluminationGrid:
@@ -143,26 +141,57 @@ class IlluminationGrid(Part):
         for name in states:
             if states.count(name) > 1:
                 raise ValueError(f"lamps: the name {name!r} stands twice; give one of them another")
-        names = [cell.name for cell in self.grid()]
-        if len(set(names)) < len(names):
-            raise ValueError("sun_lux and bulb_lm: each value may stand once")
+        for key, unit in (("sun_lux", "lx"), ("bulb_lm", "lm")):
+            levels = [_level(value) for value in getattr(self, key)]
+            for level in levels:
+                if levels.count(level) > 1:
+                    raise ValueError(f"{key}: {level} {unit} stands twice; each value may stand once")
         return self
 
     def grid(self) -> tuple[Illumination, ...]:
-        """All cells, the sun outermost, named like ``sun20000-bulb800`` or ``sun20000-bulb800-broken``."""
+        """All cells, the sun outermost, named like ``sun20000-bulb800``, ``t0900-bulb800-broken``."""
         return tuple(
-            self._cell(sun, bulb, state)
-            for sun in self.sun_lux
+            self._with_lamps(day, bulb, state)
+            for day in (self._days() if self.times is None else self._hours(self.times))
             for bulb in self.bulb_lm
             for state in self.lamps
         )
 
-    def _cell(self, sun: float, bulb: float, state: Lamps) -> Illumination:
+    def _days(self) -> list[Illumination]:
+        """The scene's own sun at each strength, without lamps."""
+        return [
+            Illumination(
+                name=f"sun{_level(lux)}",
+                sun_lux=lux,
+                sky_lux=lux * self.sky_per_sun,
+                bulb_lm=0.0,
+                sun_illuminant=self.sun_illuminant or "",
+                sky_illuminant=self.sky_illuminant or "",
+            )
+            for lux in self.sun_lux
+        ]
+
+    def _hours(self, times: TimesOfDay) -> list[Illumination]:
+        """A clear day's sun at each hour, without lamps."""
+        return [
+            Illumination(
+                name=label(hour.time),
+                sun_lux=hour.sun.lux,
+                sky_lux=hour.sky.lux,
+                bulb_lm=0.0,
+                time=hour.time,
+                sun=hour.sun,
+                sun_illuminant=hour.sun.illuminant,
+                sky_illuminant=hour.sky.illuminant,
+            )
+            for hour in times.daylight()
+        ]
+
+    def _with_lamps(self, day: Illumination, bulb: float, state: Lamps) -> Illumination:
         suffix = "" if state.name == STEADY else f"-{state.name}"
-        return Illumination(
-            name=f"sun{sun:.10g}-bulb{bulb:.10g}{suffix}",
-            sun_lux=sun,
-            sky_lux=sun * self.sky_per_sun,
+        return replace(
+            day,
+            name=f"{day.name}-bulb{_level(bulb)}{suffix}",
             bulb_lm=bulb,
             lamps=state.name,
             without=state.without,
@@ -170,4 +199,10 @@ class IlluminationGrid(Part):
             broken=state.broken,
             flicker_hz=state.flicker.frequency_hz if state.flicker else 0.0,
             flicker_depth=state.flicker.depth if state.flicker else 0.0,
+            lamp_illuminant=state.illuminant or "",
         )
+
+
+def _level(value: float) -> str:
+    """A strength of light in names."""
+    return f"{value:.10g}"

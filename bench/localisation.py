@@ -126,9 +126,7 @@ def _labels(variant: Variant, seed: int) -> dict[str, object]:
     """A runs row with every metric still empty."""
     return empty_run_row() | {
         "scene": variant.world.scene,
-        "illumination": variant.illumination.name,
-        "sun_lux": variant.illumination.sun_lux,
-        "bulb_lm": variant.illumination.bulb_lm,
+        **variant.illumination.labels(),
         "filter": variant.filter,
         "backend": variant.study.slam.backend,
         "association": variant.study.slam.association,

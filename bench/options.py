@@ -57,3 +57,22 @@ class GenerateOptions:
     scenes: tuple[str, ...] = ()
     splits: tuple[str, ...] = ()
     workers: int = 1
+
+
+@dataclass(frozen=True)
+class PreviewOptions:
+    """What `preview` shows of a scene.
+
+    Attributes
+    ----------
+    out : Path
+        The folder for the two pictures.
+    views : int
+        Poses, evenly spaced along the tour.
+    illuminations : tuple of str
+        Names out of the study's grid; empty means four of them.
+    """
+
+    out: Path
+    views: int = 4
+    illuminations: tuple[str, ...] = ()

@@ -115,9 +115,7 @@ class Perception:
     def _labels(self, illumination: Illumination, frame: int, label: str) -> dict[str, object]:
         return {
             "scene": self.sequence.scene.name,
-            "illumination": illumination.name,
-            "sun_lux": illumination.sun_lux,
-            "bulb_lm": illumination.bulb_lm,
+            **illumination.labels(),
             "frame": frame,
             "filter": label,
             "engine": self._engine,

@@ -20,7 +20,8 @@ from bench.perception import FramePercepts, Perception
 from bench.progress import Progress
 from bench.rng import generator
 from bench.run_facts import RunFacts, landmark_csv, run_stem
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.lighting import light_colours, load_scene
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
 from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
@@ -57,9 +58,8 @@ def prepared(
     """What every process needs, with the scene's light baked where it will be found."""
     with _writable_cache() as cache:
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
-            scene = load_scene(study)
-            setup = SequenceSetup(study, engine, light_colours(scene, cache), 0, cache)
-            bake_scene(scene, cache)
+            setup = SequenceSetup(study, engine, light_colours(study, cache), 0, cache)
+            bake_scene(load_scene(study), cache)
             advance(1)
         yield setup
 

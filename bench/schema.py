@@ -5,8 +5,10 @@ from __future__ import annotations
 FRAME_COLUMNS: dict[str, str] = {
     "scene": "string",
     "illumination": "string",
+    "time": "string",
     "sun_lux": "float64",
     "bulb_lm": "float64",
+    "lamps": "string",
     "frame": "int64",
     "filter": "string",
     "engine": "string",
@@ -26,12 +28,16 @@ FRAME_COLUMNS: dict[str, str] = {
     "detections_true": "int64",
     "filter_ms": "float64",
 }
+"""One row per picture and filter. ``time`` is a time of day, "09:00", empty where a study has none; ``lamps``
+the name of the lamps' state, "all" where all burn steadily."""
 
 RUN_COLUMNS: dict[str, str] = {
     "scene": "string",
     "illumination": "string",
+    "time": "string",
     "sun_lux": "float64",
     "bulb_lm": "float64",
+    "lamps": "string",
     "filter": "string",
     "backend": "string",
     "association": "string",

@@ -93,7 +93,13 @@ def _read(path: Path) -> str:
 
 
 class _UniqueKeys(yaml.SafeLoader):
-    """Refuses a key that stands twice, where plain YAML silently keeps the last."""
+    """Refuses a key that stands twice, where plain YAML silently keeps the last, and 30 February."""
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep=deep)
+        except ValueError as error:  # of the date that a scalar looks like
+            raise yaml.MarkedYAMLError(None, None, f"{node.value}: {error}", node.start_mark) from None
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()

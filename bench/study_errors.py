@@ -26,6 +26,8 @@ _WORDS = {
     "float_type": "should be a number",
     "string_pattern_mismatch": "should be a name of small letters, digits, - and _",
     "missing": "is missing",
+    "too_short": "should hold at least one entry",
+    "string_too_short": "should not be empty",
 }
 
 
@@ -44,13 +46,23 @@ def reason(model: type[BaseModel], error: ValidationError) -> str:
     str
         ``key.path: what is wrong and what is allowed``, with the number of further errors.
     """
-    errors = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    errors = sorted(_causes(error.errors()), key=lambda e: e["type"] != "extra_forbidden")
     path = _key_path(errors[0])
     here = [e for e in errors if _key_path(e) == path]
     line = _unknown_key(model, path) if here[0]["type"] == "extra_forbidden" else _wrong_value(here)
     key = ".".join(str(part) for part in path)
     more = f" (and {len(errors) - len(here)} more)" if len(errors) > len(here) else ""
     return " ".join(f"{key + ': ' if key else ''}{line}{more}".split())
+
+
+def _causes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Without lists that are too short because an entry in them is wrong."""
+    wrong = [e["loc"] for e in errors]
+    return [
+        e
+        for e in errors
+        if e["type"] != "too_short" or not any(w[:-1] == e["loc"] for w in wrong if w != e["loc"])
+    ]
 
 
 def _key_path(error: ErrorDetails) -> Path:

@@ -6,13 +6,16 @@ electrons.
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bench.camera_choice import CameraChoice, OpticsChoice
 from bench.illumination_grid import Illumination, IlluminationGrid
-from bench.study_parts import Name, NotNegative, Part, Positive, Share
+from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive, Share
 from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Settings
 
 __all__ = [
     "SEQUENCES",
@@ -22,6 +25,7 @@ __all__ = [
     "FilterChoice",
     "Illumination",
     "IlluminationGrid",
+    "LampChoice",
     "NavigationTask",
     "OdometryNoise",
     "OpticsChoice",
@@ -30,47 +34,48 @@ __all__ = [
     "SceneChoice",
     "SensorChoice",
     "SlamChoice",
+    "SpotChoice",
     "Study",
     "TourChoice",
 ]
 
 Celsius = Annotated[float, Field(ge=-50, le=150)]
+Decibel = Annotated[float, Field(ge=0, le=48)]
+
+
+class SpotChoice(Part):
+    """Half angles of a spot's cone (`scenes.photometry.Photometry.spot`): full light within ``inner_deg``."""
+
+    inner_deg: float = Field(ge=0, lt=180)
+    outer_deg: float = Field(gt=0, le=180)
+
+
+class LampChoice(Part):
+    """What a study changes about all lamps of its scene; their lumen are `IlluminationGrid.bulb_lm`.
+
+    ``ies`` is the path of an IES LM-63 file, from the folder that the program is started in; of the file its
+    shape counts, not its lumen.
+    """
+
+    ies: str | None = None
+    spot: SpotChoice | None = None
+    illuminant: Illuminant | None = None
+    radius_m: float | None = Field(None, gt=0, le=1)
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> LampChoice:
+        if self.ies is not None and self.spot is not None:
+            raise ValueError("ies and spot both shape the light; leave one out")
+        return self
 
 
 class SceneChoice(Part):
-    """A scene of the library (`scenes.library`) and the parameters of its builder."""
+    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are."""
 
     name: Name = "corridor"
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
-
-
-class OpticsChoice(Part):
-    """What the lens does to light (`renderers.optics`); nothing by default."""
-
-    vignetting: Literal["none", "natural"] = "none"
-    blur_px: float = Field(0.0, ge=0, le=50)
-    glare: float = Field(0.0, ge=0, lt=1)
-    glare_radius_px: Positive = 4.0
-
-
-class CameraChoice(Part):
-    """The robot's camera. 320 × 240 is Table 4-1; 150° across is its ±75°."""
-
-    model: Literal["fisheye", "pinhole"] = "fisheye"
-    width: int = Field(320, ge=16, le=4096)
-    height: int = Field(240, ge=16, le=4096)
-    fov_deg: float = Field(150.0, gt=0, lt=360)
-    height_m: Positive = 1.2
-    pitch_deg: float = Field(25.0, ge=-90, le=90)
-    supersampling: int = Field(1, ge=1, le=8)
-    optics: OpticsChoice = OpticsChoice()
-
-    @model_validator(mode="after")
-    def _pinhole_sees_less_than_half(self) -> CameraChoice:
-        if self.model == "pinhole" and self.fov_deg >= 180:
-            raise ValueError(f"fov_deg {self.fov_deg:g}: a pinhole camera needs less than 180")
-        return self
+    lamps: LampChoice = LampChoice()
 
 
 class SensorChoice(Part):
@@ -78,7 +83,9 @@ class SensorChoice(Part):
 
     ``preset`` names a camera of `renderers.sensor_presets`, whose numbers stand for the keys left out;
     none is fitted to a result. ``quantum_efficiency`` is for the R, G and B channel; ``prnu`` a share of the
-    signal; ``target`` the mean level, as a share of full scale, that automatic exposure aims at (18 % grey);
+    signal; ``colour_filter_array`` none or a Bayer array by its 2 × 2 cell; ``sensitivities`` the camera
+    whose filters these are. Automatic exposure aims at the mean level ``target``, as a share of full scale
+    (18 % grey), and where ``max_exposure_s`` is too short amplifies from ``gain_db`` up to ``max_gain_db``;
     ``highlight_threshold`` τ of the ground truth, in grey levels of 255.
     """
 
@@ -97,11 +104,16 @@ class SensorChoice(Part):
     temperature_c: Celsius
     dsnu_e: NotNegative
     prnu: float = Field(ge=0, le=0.3)
-    min_exposure_s: Positive = 1e-5
-    max_exposure_s: Positive = 0.033
+    colour_filter_array: Literal["none", "RGGB", "BGGR", "GRBG", "GBRG"]
+    demosaicing: Literal["bilinear", "malvar", "edge-aware"]
+    sensitivities: Literal["srgb", "nikon-5100", "sigma-sd-merrill"]
+    min_exposure_s: Positive = Settings.min_exposure_s
+    max_exposure_s: Positive = Settings.max_exposure_s
     exposure: Literal["auto"] | Positive = "auto"
+    gain_db: Decibel = Settings.gain_db
+    max_gain_db: Decibel = Settings.max_gain_db
     metering: Literal["average", "centre-weighted", "highlight-priority"] = "average"
-    target: Annotated[float, Field(gt=0, lt=1)] = 0.18
+    target: Annotated[float, Field(gt=0, lt=1)] = Settings.metering_target
     highlight_threshold: int = Field(16, ge=1, le=255)
 
     @model_validator(mode="before")
@@ -111,7 +123,7 @@ class SensorChoice(Part):
             return value
         name = value.get("preset", "standard")
         known = isinstance(name, str) and name in PRESETS
-        return {**PRESETS[name if known else "standard"], **value}
+        return {**asdict(PRESETS[name if known else "standard"]), **value}
 
     @model_validator(mode="after")
     def _exposure_range(self) -> SensorChoice:
@@ -202,10 +214,10 @@ class RenderedStudy(Part):
     description: str = ""
     seed: int = Field(0, ge=0)
     scene: SceneChoice = SceneChoice()
-    camera: CameraChoice = CameraChoice()
+    camera: CameraChoice = CameraChoice.model_validate({})
     engine: Literal["auto", "rasterise", "raycast"] = "auto"
     sensor: SensorChoice = SensorChoice.model_validate({})
-    illuminations: IlluminationGrid = IlluminationGrid()
+    illuminations: IlluminationGrid = IlluminationGrid.model_validate({})
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -10,9 +12,27 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name 
 Share = Annotated[float, Field(gt=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Illuminant = Annotated[
+    str, Field(min_length=1)
+]  # known by name or colour temperature to `renderers.illuminant`
 
 
 class Part(BaseModel):
     """Base of all parts: unknown keys refused, immutable, finite numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def refuse_unknown(keys: Iterable[object], known: Sequence[str]) -> None:
+    """Refuse keys of a short form, such as ``{log: …, steps: …}``, that it does not have.
+
+    Raises
+    ------
+    ValueError
+        With near names.
+    """
+    for key in keys:
+        if key not in known:
+            near = get_close_matches(str(key), known, n=1, cutoff=0.5)
+            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+            raise ValueError(f"unknown key {key!r}: {hint}")

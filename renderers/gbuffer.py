@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from renderers.camera import Camera, pixel_rays
 from renderers.mesh import NOTHING, SceneMesh
+from renderers.threads import ALONE, Threads
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -38,8 +39,7 @@ class View:
     @cached_property
     def directions(self) -> F32:
         """(H, W, 3) float32: unit direction of each pixel in the world."""
-        rays = pixel_rays(self.camera) @ self.T_world_camera[:3, :3].T
-        return np.ascontiguousarray(rays, dtype=np.float32)
+        return _turned(pixel_rays(self.camera), np.ascontiguousarray(self.T_world_camera[:3, :3]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +53,10 @@ class GBuffer:
     distance : (H, W) float32
         Along the pixel's ray, metres; inf for the sky.
     position, normal : (H, W, 3) float32
-        Of the point seen; the normal faces the camera. Undefined for the sky.
+        Of the point seen; the normal faces the camera. For the sky the camera's position, and no normal: 0,
+        which no light falls on.
     barycentric : (H, W, 2) float32
-        Weights of the triangle's second and third vertex.
+        Weights of the triangle's second and third vertex; 0 for the sky.
     surface : (H, W) int32
         Surface index, `NOTHING` for the sky.
     """
@@ -88,76 +89,123 @@ class Engine(Protocol):
         """Give back what the engine holds outside of Python."""
 
 
-def fill(mesh: SceneMesh, view: View, engine: Engine) -> GBuffer:
+def fill(mesh: SceneMesh, view: View, engine: Engine, threads: Threads = ALONE) -> GBuffer:
     """Let an engine find the triangles and derive the rest from the mesh.
 
     Barycentric weights come from the exact point on each pixel's ray, so both engines are held to the
     same geometry. On an edge a rasterised neighbour's weights may leave 0…1 by part of a pixel.
     """
     triangle, distance = engine.visible(view)
-    seen = triangle != NOTHING
-    index = np.where(seen, triangle, 0)
-    normal = mesh.normals[index]
-    towards = np.einsum("hwc,hwc->hw", normal, view.directions, optimize=False)
-    normal = np.where((towards > 0)[..., None], -normal, normal)
-    position = view.origin + np.where(seen, distance, 0.0)[..., None].astype(np.float32) * view.directions
+    n, shape = triangle.size, triangle.shape
+    position, normal = np.empty((n, 3), dtype=np.float32), np.empty((n, 3), dtype=np.float32)
+    barycentric, surface = np.empty((n, 2), dtype=np.float32), np.empty(n, dtype=np.int32)
+
+    def derive(part: slice) -> None:
+        _derive(
+            view.origin,
+            mesh.vertices,
+            mesh.triangles,
+            mesh.normals,
+            mesh.surface,
+            view.directions.reshape(-1, 3)[part],
+            triangle.reshape(-1)[part],
+            distance.reshape(-1)[part],
+            position[part],
+            normal[part],
+            barycentric[part],
+            surface[part],
+        )
+
+    threads.over(n, derive)
     return GBuffer(
         view=view,
         triangle=triangle,
         distance=distance,
-        position=position,
-        normal=normal,
-        barycentric=_barycentric(mesh.vertices, mesh.triangles, triangle, position),
-        surface=np.where(seen, mesh.surface[index], NOTHING).astype(np.int32),
+        position=position.reshape(*shape, 3),
+        normal=normal.reshape(*shape, 3),
+        barycentric=barycentric.reshape(*shape, 2),
+        surface=surface.reshape(shape),
     )
 
 
 @njit(cache=True)
-def _barycentric(vertices: F32, triangles: I32, triangle: I32, position: F32) -> F32:
-    """Weights of the second and third vertex (Ericson 2005, Real-Time Collision Detection, 3.4)."""
-    height, width = triangle.shape
-    weights = np.zeros((height, width, 2), dtype=np.float32)
+def _turned(rays: NDArray[np.float64], R: NDArray[np.float64]) -> F32:
+    """(H, W, 3) float32: R @ each ray. BLAS is slow at such small products."""
+    height, width, _ = rays.shape
+    turned = np.empty((height, width, 3), dtype=np.float32)
     for r in range(height):
         for c in range(width):
-            if triangle[r, c] < 0:
-                continue
-            corner = triangles[triangle[r, c]]
-            bb = bc = cc = pb = pc = 0.0
+            x, y, z = rays[r, c]
             for k in range(3):
-                at = float(vertices[corner[0], k])
-                b, e, p = vertices[corner[1], k] - at, vertices[corner[2], k] - at, position[r, c, k] - at
-                bb += b * b
-                bc += b * e
-                cc += e * e
-                pb += p * b
-                pc += p * e
-            scale = 1.0 / max(bb * cc - bc * bc, 1e-30)
-            weights[r, c, 0] = (cc * pb - bc * pc) * scale
-            weights[r, c, 1] = (bb * pc - bc * pb) * scale
-    return weights
+                turned[r, c, k] = R[k, 0] * x + R[k, 1] * y + R[k, 2] * z
+    return turned
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _derive(
+    origin: F32,
+    vertices: F32,
+    triangles: I32,
+    normals: F32,
+    surfaces: I32,
+    directions: F32,
+    triangle: I32,
+    distance: F32,
+    position: F32,
+    normal: F32,
+    barycentric: F32,
+    surface: I32,
+) -> None:
+    """A column's points from their triangles and distances; the weights as in Ericson 2005, 3.4."""
+    for i in range(len(triangle)):
+        t = triangle[i]
+        if t < 0:
+            position[i], normal[i], barycentric[i], surface[i] = origin, 0.0, 0.0, NOTHING
+            continue
+        towards = np.float32(0.0)
+        bb = bc = cc = pb = pc = 0.0
+        for k in range(3):
+            position[i, k] = origin[k] + distance[i] * directions[i, k]
+            towards += normals[t, k] * directions[i, k]
+            at = float(vertices[triangles[t, 0], k])
+            b, e = vertices[triangles[t, 1], k] - at, vertices[triangles[t, 2], k] - at
+            p = position[i, k] - at
+            bb += b * b
+            bc += b * e
+            cc += e * e
+            pb += p * b
+            pc += p * e
+        for k in range(3):
+            normal[i, k] = -normals[t, k] if towards > 0.0 else normals[t, k]
+        scale = 1.0 / max(bb * cc - bc * bc, 1e-30)
+        barycentric[i, 0] = (cc * pb - bc * pc) * scale
+        barycentric[i, 1] = (bb * pc - bc * pb) * scale
+        surface[i] = surfaces[t]
+
+
+@njit(cache=True, nogil=True)
 def interpolate(at_vertices: F32, corners: I32, weights: F32) -> F32:
     """Values inside triangles from values at the mesh's vertices.
 
     Parameters
     ----------
-    at_vertices : (v, 3) float32
+    at_vertices : (v, m) float32
     corners : (n, 3) int32
+        Vertices of the triangle; negative for none, which gives 0.
     weights : (n, 3) float32
         Barycentric, of the corners.
 
     Returns
     -------
-    (n, 3) float32
+    (n, m) float32
     """
-    values = np.empty((len(corners), 3), dtype=np.float32)
+    values = np.empty((len(corners), at_vertices.shape[1]), dtype=np.float32)
     for i in range(len(corners)):
-        for c in range(3):
-            values[i, c] = (
-                weights[i, 0] * at_vertices[corners[i, 0], c]
-                + weights[i, 1] * at_vertices[corners[i, 1], c]
-                + weights[i, 2] * at_vertices[corners[i, 2], c]
-            )
+        if corners[i, 0] < 0:
+            values[i] = 0.0
+            continue
+        a, b, c = at_vertices[corners[i, 0]], at_vertices[corners[i, 1]], at_vertices[corners[i, 2]]
+        row, u, v, w = values[i], weights[i, 0], weights[i, 1], weights[i, 2]
+        for j in range(len(row)):
+            row[j] = u * a[j] + v * b[j] + w * c[j]
     return values

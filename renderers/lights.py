@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -53,7 +54,11 @@ class DirectLight(UnitLight, Protocol):
             Radius of the light's disc over its distance.
         """
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+    @property
+    def far(self) -> float:
+        """Where shadow rays end, in units of their directions' length."""
+
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
         """Rays from surface points to points of the light's disc.
 
         Parameters
@@ -61,14 +66,14 @@ class DirectLight(UnitLight, Protocol):
         points, normals : (n, 3) float32
         which : (m,) int64
             Index of the point that each ray starts at.
-        disc : (m, 2) float32
-            Where the ray ends, on the unit disc.
+        disc : (k, 2) float32
+            Points on the unit disc.
+        number : (m,) int64
+            Index of the one that each ray goes to.
 
         Returns
         -------
         rays : (m, 6) float32, origin and direction
-        far : float
-            Where the rays end, in units of the directions' length.
         """
 
 
@@ -79,6 +84,11 @@ class SunLight:
     name: str
     direction: tuple[float, float, float]
 
+    @property
+    def far(self) -> float:
+        """See `DirectLight.far`."""
+        return np.inf
+
     def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """See `DirectLight.arriving`. A sun below the horizon gives nothing."""
         direction = np.array(self.direction, dtype=np.float32)
@@ -86,10 +96,9 @@ class SunLight:
         lux = ((normals @ direction > 0) & (direction[2] > 0)).astype(np.float32)
         return to_light, lux, np.full(len(points), SUN_RADIUS, dtype=np.float32)
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
         """See `DirectLight.shadow_rays`."""
-        x, y, z = self.direction
-        return _rays_to_sun(points, normals, which, disc, x, y, z), np.inf
+        return _rays_to_sun(points, normals, which, disc, number, *self.direction)
 
 
 @dataclass(frozen=True)
@@ -102,6 +111,11 @@ class BulbLight:
     radius: float
     aim: tuple[float, float, float] = (0.0, 0.0, -1.0)
     photometry: Photometry = ISOTROPIC
+
+    @property
+    def far(self) -> float:
+        """See `DirectLight.far`."""
+        return 1.0
 
     def luminance(self, eye: F32) -> float:
         """Of the sphere as seen from a point, cd/m² per lumen: I / (π r²), evenly over its disc."""
@@ -126,9 +140,9 @@ class BulbLight:
             table.candela_per_lumen,
         )
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32) -> tuple[F32, float]:
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
         """See `DirectLight.shadow_rays`."""
-        return _rays_to_bulb(points, normals, which, disc, *self.position, self.radius), 1.0
+        return _rays_to_bulb(points, normals, which, disc, number, *self.position, self.radius)
 
 
 HORIZON_Z = -0.02
@@ -144,12 +158,12 @@ class SkyLight:
 
 
 def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:
-    """The scene's lights by layer: the sun, the sky, and each group of bulbs."""
-    sun = tuple(float(v) for v in scene.sun.direction)
-    layers: dict[str, list[UnitLight]] = {
-        scene.sun.name: [SunLight(scene.sun.name, (sun[0], sun[1], sun[2]))],
-        scene.sky.name: [SkyLight(scene.sky.name)],
-    }
+    """The scene's lights by layer: each sun, the sky, and each group of bulbs."""
+    layers: dict[str, list[UnitLight]] = {}
+    for sun in scene.suns:
+        x, y, z = (float(v) for v in sun.direction)
+        layers[sun.name] = [SunLight(sun.name, (x, y, z))]
+    layers[scene.sky.name] = [SkyLight(scene.sky.name)]
     for k, bulb in enumerate(scene.bulbs):
         layers.setdefault(bulb.group, []).append(
             BulbLight(f"{bulb.group} {k}", k, bulb.position, bulb.radius, bulb.aim, bulb.photometry)
@@ -157,6 +171,7 @@ def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:
     return layers
 
 
+@lru_cache(maxsize=64)
 def _frame(aim: tuple[float, float, float]) -> F64:
     """(3, 3): rows are the luminaire's 0° and 90° half-planes and its axis, in the world.
 
@@ -167,7 +182,9 @@ def _frame(aim: tuple[float, float, float]) -> F64:
     helper = np.array([1.0, 0.0, 0.0]) if abs(axis[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
     zero = helper - (helper @ axis) * axis
     zero /= np.linalg.norm(zero)
-    return np.stack([zero, np.cross(axis, zero), axis])
+    frame = np.stack([zero, np.cross(axis, zero), axis])
+    frame.setflags(write=False)
+    return frame
 
 
 @njit(cache=True)
@@ -197,7 +214,7 @@ def _candela(x: float, y: float, z: float, frame: F64, vertical: F64, horizontal
     return (1 - t) * near + t * ((1 - s) * table[j + 1, i] + s * table[j + 1, i + 1])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _towards(
     points: F32,
     normals: F32,
@@ -215,11 +232,11 @@ def _towards(
     spread = np.empty(n, dtype=np.float32)
     for i in range(n):
         dx, dy, dz = x - points[i, 0], y - points[i, 1], z - points[i, 2]
-        d = max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
-        to_light[i, 0], to_light[i, 1], to_light[i, 2] = dx / d, dy / d, dz / d
-        spread[i] = radius / d
+        per_d = 1.0 / max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+        to_light[i, 0], to_light[i, 1], to_light[i, 2] = dx * per_d, dy * per_d, dz * per_d
+        spread[i] = radius * per_d
         if normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz > 0:
-            lux[i] = _candela(-dx, -dy, -dz, frame, vertical, horizontal, table) / (d * d)
+            lux[i] = _candela(-dx, -dy, -dz, frame, vertical, horizontal, table) * per_d * per_d
     return to_light, lux, spread
 
 
@@ -232,9 +249,9 @@ def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, 
     return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _rays_to_bulb(
-    points: F32, normals: F32, which: I64, disc: F32, x: float, y: float, z: float, radius: float
+    points: F32, normals: F32, which: I64, disc: F32, number: I64, x: float, y: float, z: float, radius: float
 ) -> F32:
     """To the disc across the line of sight, stopped in front of the sphere."""
     rays = np.empty((len(which), 6), dtype=np.float32)
@@ -244,10 +261,10 @@ def _rays_to_bulb(
         oy = points[i, 1] + OFFSET_M * normals[i, 1]
         oz = points[i, 2] + OFFSET_M * normals[i, 2]
         dx, dy, dz = x - ox, y - oy, z - oz
-        d = max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
-        tx, ty, tz, bx, by, bz = tangents(dx / d, dy / d, dz / d)
-        reach = max(d - CLEARANCE * radius, 0.0) / d
-        u, v = radius * disc[k, 0], radius * disc[k, 1]
+        per_d = 1.0 / max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+        tx, ty, tz, bx, by, bz = tangents(dx * per_d, dy * per_d, dz * per_d)
+        reach = max(1.0 - CLEARANCE * radius * per_d, 0.0)
+        u, v = radius * disc[number[k], 0], radius * disc[number[k], 1]
         rays[k, 0], rays[k, 1], rays[k, 2] = ox, oy, oz
         rays[k, 3] = reach * (dx + u * tx + v * bx)
         rays[k, 4] = reach * (dy + u * ty + v * by)
@@ -255,13 +272,15 @@ def _rays_to_bulb(
     return rays
 
 
-@njit(cache=True)
-def _rays_to_sun(points: F32, normals: F32, which: I64, disc: F32, x: float, y: float, z: float) -> F32:
+@njit(cache=True, nogil=True)
+def _rays_to_sun(
+    points: F32, normals: F32, which: I64, disc: F32, number: I64, x: float, y: float, z: float
+) -> F32:
     rays = np.empty((len(which), 6), dtype=np.float32)
     tx, ty, tz, bx, by, bz = tangents(x, y, z)
     for k in range(len(which)):
         i = which[k]
-        u, v = SUN_RADIUS * disc[k, 0], SUN_RADIUS * disc[k, 1]
+        u, v = SUN_RADIUS * disc[number[k], 0], SUN_RADIUS * disc[number[k], 1]
         for c in range(3):
             rays[k, c] = points[i, c] + OFFSET_M * normals[i, c]
         rays[k, 3], rays[k, 4], rays[k, 5] = x + u * tx + v * bx, y + u * ty + v * by, z + u * tz + v * bz

@@ -89,7 +89,13 @@ class RayCaster:
         distance : (...) float32, metres, inf for a miss
         barycentric : (..., 2) float32, weights of the triangle's second and third vertex
         """
-        hit = self._scene.cast_rays(self._tensor(_rays(origins, directions)), nthreads=self._threads)
+        return self.first_hit(_rays(origins, directions))
+
+    def first_hit(
+        self, rays: NDArray[np.float32]
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
+        """`nearest` for rays given as (..., 6) float32: origin, direction."""
+        hit = self._scene.cast_rays(self._tensor(rays), nthreads=self._threads)
         triangle = hit["primitive_ids"].numpy().astype(np.int64)
         triangle[hit["geometry_ids"].numpy() == self._scene.INVALID_ID] = NOTHING
         return triangle.astype(np.int32), hit["t_hit"].numpy(), hit["primitive_uvs"].numpy()

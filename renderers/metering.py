@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.colour_matrix import to_camera
 from renderers.errors import RendererError
 from renderers.gbuffer import F32
 from renderers.sensor import Sensor
@@ -32,16 +33,22 @@ class Exposure:
     seconds : float
     white_balance : (3,) float64
         Factor on each channel, the smallest 1, so that a clipped pixel stays white.
+    gain_db : float
+        Analogue gain.
     """
 
     seconds: float
     white_balance: NDArray[np.float64]
+    gain_db: float = 0.0
 
 
 def meter(sensor: Sensor, luminance: F32, white: NDArray[np.float64]) -> Exposure:
-    """Choose exposure time and white balance for a scene's luminance.
+    """Choose exposure time, gain and white balance for a scene's luminance.
 
-    ``average``: the mean over pixels and channels, each clipped at full well, is the target.
+    The time comes first; where the shutter's longest is too short, gain makes up for it up to the sensor's
+    ``max_gain_db``. All three channels count alike, behind a mosaic too.
+
+    ``average``: the mean over pixels and channels, each clipped where the ADC is full, is the target.
     ``centre-weighted``: the same with `CENTRE_SHARE` of the weight in the middle.
     ``highlight-priority``: the longest time at which at most `CLIPPED_SHARE` of the pixels clip.
     The white balance makes light of the colour ``white`` grey.
@@ -52,25 +59,28 @@ def meter(sensor: Sensor, luminance: F32, white: NDArray[np.float64]) -> Exposur
     white : (3,) float64
         Linear sRGB of the light to be rendered white.
     """
-    response = sensor.electrons_per_luminance / sensor.full_well_e
-    balance = 1.0 / (response * np.maximum(white, 1e-6))
+    response = sensor.electrons_per_luminance / sensor.saturation_e
+    balance = 1.0 / (response * np.maximum(to_camera(sensor.sensitivities, white), 1e-6))
     balance /= balance.min()
     if sensor.exposure_s is not None:
-        return Exposure(sensor.exposure_s, balance)
-    fill_rate = (luminance[::EVERY, ::EVERY] * response.astype(np.float32)).astype(np.float64)
+        return Exposure(sensor.exposure_s, balance, sensor.gain_db)
+    seen = to_camera(sensor.sensitivities, luminance[::EVERY, ::EVERY])
+    fill_rate = (seen * response.astype(np.float32)).astype(np.float64)
     if sensor.metering == "highlight-priority":
         seconds = _until_clipped(fill_rate)
     else:
         height, width, _ = fill_rate.shape
         weights = _weights(height, width, sensor.metering == "centre-weighted")
         seconds = _until_mean(fill_rate, sensor.metering_target, weights)
-    return Exposure(float(np.clip(seconds, sensor.min_exposure_s, sensor.max_exposure_s)), balance)
+    shutter = float(np.clip(seconds, sensor.min_exposure_s, sensor.max_exposure_s))
+    return Exposure(shutter, balance, sensor.gain_db + _more_gain(sensor, seconds / shutter))
 
 
 def bracket(
     sensor: Sensor, luminance: F32, white: NDArray[np.float64], stops: Iterable[float]
 ) -> tuple[Exposure, ...]:
-    """Exposures of one scene by so many stops more (+) or less (−) than metered, within the shutter's limits.
+    """Exposures of one scene by so many stops more (+) or less (−) than metered, within the shutter's limits
+    and at one gain.
 
     Raises
     ------
@@ -82,23 +92,30 @@ def bracket(
         raise RendererError(f"bracketing: stops must be finite numbers, not {stops}")
     low, high = sensor.min_exposure_s, sensor.max_exposure_s
     times = (float(np.clip(metered.seconds * 2.0**s, low, high)) for s in stops)
-    return tuple(Exposure(seconds, metered.white_balance) for seconds in times)
+    return tuple(Exposure(seconds, metered.white_balance, metered.gain_db) for seconds in times)
+
+
+def _more_gain(sensor: Sensor, lacking: float) -> float:
+    """Decibels on top of the sensor's own, for a factor of light that the shutter does not give."""
+    most = max(sensor.max_gain_db - sensor.gain_db, 0.0)
+    return float(np.clip(20 * np.log10(max(lacking, 1.0)), 0.0, most))
 
 
 def _until_mean(fill_rate: NDArray[np.float64], target: float, weights: NDArray[np.float64]) -> float:
     """Seconds at which the weighted mean of min(rate t, 1) is the target; infinite if it never is.
 
     Newton's steps from 0 rise to the solution and end on it: the mean is concave, piecewise linear in t.
+    Sums are NumPy's own, as BLAS adds in an order that depends on its threads.
     """
     channels = fill_rate.shape[-1]
     rate, share = fill_rate.reshape(-1), np.repeat(weights.reshape(-1) / channels, channels)
     weighted, seconds = share * rate, 0.0
     while True:
-        rising = (rate * seconds < 1).astype(np.float64)
-        slope = weighted @ rising
+        rising = rate * seconds < 1
+        slope = (weighted * rising).sum()
         if slope == 0:
             return np.inf
-        better = float((target - share @ (1 - rising)) / slope)
+        better = float((target - (share * ~rising).sum()) / slope)
         if better <= seconds * (1 + 1e-12):
             return seconds
         seconds = better

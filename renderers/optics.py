@@ -37,7 +37,7 @@ class Optics:
     ----------
     vignetting : str
         ``natural``: the falloff of the projection itself, cos⁴ θ for a pinhole camera, sin θ / θ for an
-        equidistant fisheye (`falloff`); ``none``.
+        equidistant fisheye, and what distortion makes of it (`falloff`); ``none``.
     blur_px : float
         Standard deviation of the image of a point, from focus and diffraction, pixels.
     glare : float
@@ -107,7 +107,7 @@ def falloff(camera: Camera) -> F32:
 
     A pixel gets light in proportion to the solid angle it sees, and a flat entrance pupil shrinks with cos θ;
     the two make a pinhole's cos⁴ θ. A fisheye's pupil turns towards the light, so the solid angle alone is
-    left: sin θ / θ where r = f θ.
+    left: sin θ / θ where r = f θ. Distortion changes the solid angle, not the pupil.
     """
     pixels = pixel_grid(camera)
     step = np.array([0.5, 0.0])
@@ -116,7 +116,8 @@ def falloff(camera: Camera) -> F32:
     seen = np.linalg.norm(np.cross(across, down), axis=-1)
     if isinstance(camera, Pinhole):
         seen *= camera.unproject(pixels)[..., 2]
-    share = np.repeat((seen / seen.max()).astype(np.float32)[..., None], 3, axis=-1)
+    seen *= camera.intrinsics.fx * camera.intrinsics.fy  # on the axis distortion vanishes
+    share = np.repeat(seen.astype(np.float32)[..., None], 3, axis=-1)
     share.setflags(write=False)
     return share
 

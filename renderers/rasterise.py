@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.camera import Camera, Pinhole, pixel_grid
+from renderers.camera import Camera, Intrinsics, Pinhole, pixel_grid
 from renderers.gbuffer import F32, I32, View
 from renderers.mesh import NOTHING, SceneMesh
 from renderers.osmesa import FloatTarget, import_pyrender
@@ -16,6 +16,9 @@ from renderers.osmesa import FloatTarget, import_pyrender
 NEAR_M, FAR_M = 0.03, 500.0
 FACE_DENSITY = 1.5
 """Cube-face pixels per radian at a face's centre, where they are fewest, over the camera's own."""
+
+LARGEST_FACE = 4096
+"""Columns or rows of a face at most: a pinhole that looks so far aside that it needs more takes a cube."""
 
 EDGE_SLACK, NEIGHBOUR_SLACK = 1e-4, 1.0
 """How far beside a triangle, as a share of its size, a ray still hits it: float32's error on an edge; one
@@ -51,14 +54,37 @@ class Face:
 
 
 def faces_of(camera: Camera) -> list[Face]:
-    """Split a camera's view into pinhole pictures: itself, or the sides of a cube that it sees."""
+    """Split a camera's view into pinhole pictures.
+
+    A simple pinhole is its own; a distorted or off-centre one looks its pixels up in a simple one that
+    sees as much; a fisheye in the sides of a cube that it sees.
+    """
     rays = camera.unproject(pixel_grid(camera))
-    if isinstance(camera, Pinhole):
-        everything = np.argwhere(np.ones(rays.shape[:2], dtype=bool))
-        own = pixel_grid(camera).reshape(-1, 2).astype(np.float32)
-        return [Face(camera, np.eye(3), everything, own)]
-    rate = camera.project(np.array([[0.001, 0, 1.0]]))[0] - camera.project(np.array([[0, 0, 1.0]]))[0]
-    side = int(np.ceil(2 * FACE_DENSITY * rate[0, 0] / 0.001))
+    if not isinstance(camera, Pinhole):
+        return _cube_faces(camera, rays)
+    own = camera
+    if camera.distortion or isinstance(camera.view, Intrinsics):
+        own = _surrounding(rays)
+        if max(own.width, own.height) > LARGEST_FACE:
+            return _cube_faces(camera, rays)
+    everything = np.argwhere(np.ones(rays.shape[:2], dtype=bool))
+    coordinates = own.project(rays.reshape(-1, 3))[0].astype(np.float32)
+    return [Face(own, np.eye(3), everything, coordinates)]
+
+
+def _surrounding(rays: NDArray[np.float64]) -> Pinhole:
+    """A simple pinhole that sees all of a pinhole's (H, W, 3) rays, `FACE_DENSITY` times as densely."""
+    plane = rays[..., :2] / rays[..., 2:]
+    steps = [np.linalg.norm(np.diff(plane, axis=axis), axis=-1) for axis in (0, 1)]
+    finest = min(float(step.min()) for step in steps if step.size)
+    widest, tallest = np.abs(plane).reshape(-1, 2).max(axis=0) + finest
+    focal = FACE_DENSITY / finest
+    width, height = (int(np.ceil(2 * focal * half)) for half in (widest, tallest))
+    return Pinhole(width, height, 2 * float(np.degrees(np.arctan(width / 2 / focal))))
+
+
+def _cube_faces(camera: Camera, rays: NDArray[np.float64]) -> list[Face]:
+    side = int(np.ceil(2 * FACE_DENSITY * _rate(camera, rays)))
     pinhole = Pinhole(side, side, 90.0)
     axis = np.argmax(np.abs(rays), axis=-1)
     sign = np.sign(np.take_along_axis(rays, axis[..., None], axis=-1)[..., 0])
@@ -70,6 +96,17 @@ def faces_of(camera: Camera) -> list[Face]:
             coordinates, _ = pinhole.project(rays[pixels[:, 0], pixels[:, 1]] @ R)
             faces.append(Face(pinhole, R, pixels, coordinates.astype(np.float32)))
     return faces
+
+
+def _rate(camera: Camera, rays: NDArray[np.float64]) -> float:
+    """The camera's most pixels per radian away from its axis, along x and y."""
+    theta = np.linspace(0.0, float(np.arccos(rays[..., 2].min())), 200)
+    out = np.stack([np.sin(theta), np.zeros_like(theta), np.cos(theta)], axis=-1)
+    rates = [
+        np.linalg.norm(np.diff(camera.project(way)[0], axis=0), axis=-1).max() / theta[1]
+        for way in (out, out[:, [1, 0, 2]])
+    ]
+    return float(max(rates))
 
 
 class RasteriseEngine:

@@ -8,6 +8,8 @@ surroundings are mirrored exactly; how much is reflected says `renderers.lobe_al
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numba import njit
 
@@ -16,6 +18,8 @@ from renderers.lights import OFFSET_M, tangents
 from renderers.lobe_albedo import smith_lambda, visible_normal
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 from renderers.shadows import interleaved
+from renderers.surfaces import Surfaces
+from renderers.threads import Threads
 
 MIRROR_ROUGHNESS = 0.4
 """Rougher surfaces show no image of their surroundings; their lobe is wider than 10°."""
@@ -28,67 +32,90 @@ SAME_PLANE = 0.999
 
 
 class Reflection:
-    """The mirrored rays of a picture.
+    """The mirrored rays of a picture and where they end.
 
     Attributes
     ----------
     glossy : (g,) int64
-        Which of the shaded pixels mirror anything.
-    hit, sky : (h,), (s,) int64
-        Which of the glossy pixels' rays hit a surface, and which leave the scene.
-    triangle : (h,) int32
-    weights : (h, 3) float32
-        Barycentric, of the triangle's corners.
-    points, normals : (h, 3) float32
+        The pixels that mirror anything, by flat index.
+    points, normals : (g, 3) float32
+        Where their rays end; the normal is 0 where that is the sky.
     """
 
     def __init__(
-        self,
-        mesh: SceneMesh,
-        caster: RayCaster,
-        points: F32,
-        normals: F32,
-        to_eye: F32,
-        roughness: F32,
-        surface: I32,
-        pixels: I64,
-        shape: tuple[int, int],
-        horizon_z: float,
+        self, mesh: SceneMesh, caster: RayCaster, surfaces: Surfaces, horizon_z: float, threads: Threads
     ) -> None:
-        self.glossy = np.flatnonzero(roughness <= MIRROR_ROUGHNESS)
-        at = points[self.glossy]
-        self._normal, self._surface = normals[self.glossy], surface[self.glossy]
-        self._pixels, self._shape = pixels[self.glossy], shape
-        self._rough = roughness[self.glossy]
-        u, w = _lobe_points()[interleaved(shape)[self._pixels]].T.copy()
-        rays, self._weight = _lobe_rays(self._normal, to_eye[self.glossy], self._rough, u, w)
-        origins = at + np.float32(OFFSET_M) * self._normal
-        triangle, distance, bary = caster.nearest(origins, rays)
-        self.hit = np.flatnonzero(triangle != NOTHING)
-        self.sky = np.flatnonzero((triangle == NOTHING) & (rays[:, 2] > horizon_z))
-        self.triangle = triangle[self.hit]
-        bary = bary[self.hit]
-        self.weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
-        self.points = origins[self.hit] + distance[self.hit, None] * rays[self.hit]
-        facing = mesh.normals[self.triangle]
-        away = np.einsum("nk,nk->n", facing, rays[self.hit]) > 0
-        self.normals = np.where(away[:, None], -facing, facing).astype(np.float32)
+        self._mesh, self._surfaces, self._horizon_z, self._threads = mesh, surfaces, horizon_z, threads
+        self.glossy = np.flatnonzero((surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING))
+        self._rays = np.empty((len(self.glossy), 6), dtype=np.float32)
+        self._weight = np.zeros(len(surfaces.surface), dtype=np.float32)
+        threads.over(len(self.glossy), self._aim)
+        self._triangle, self._distance, self._bary = caster.first_hit(self._rays)
+        self.points, self.normals = np.empty_like(self._rays[:, :3]), np.empty_like(self._rays[:, :3])
+        threads.over(len(self.glossy), self._arrive)
 
-    def blurred(self, luminance: F32) -> F32:
-        """(g, 3) mean over each pixel's 4 × 4 neighbours on its plane of what (g, 3) rays bring."""
-        slot = np.full(self._shape[0] * self._shape[1], NOTHING, dtype=np.int32)
-        slot[self._pixels] = np.arange(len(self._pixels))
-        return _blur(
-            luminance,
+    def _aim(self, part: slice) -> None:
+        at = self._surfaces
+        _lobe_rays(
+            self.glossy[part],
+            at.points,
+            at.normal,
+            at.to_eye,
+            at.roughness,
+            _lobe_points(),
+            interleaved(at.shape),
+            self._rays[part],
             self._weight,
-            slot.reshape(self._shape),
-            self._pixels,
-            self._normal,
-            self._surface,
-            self._rough,
+        )
+
+    def _arrive(self, part: slice) -> None:
+        ends = self._rays[part], self._triangle[part], self._distance[part]
+        _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
+
+    def bring(self, baked: F32, albedo: F32, sky: F32, sunlit: F32) -> F32:
+        """Luminance that each ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
+
+        Parameters
+        ----------
+        baked : (v, 3 L) float32
+            Illuminance at the mesh's vertices, lux, channels within layers.
+        albedo : (s, 3) float32
+            Diffuse albedo of each surface.
+        sky : (L,) float32
+            The sky's luminance in each layer.
+        sunlit : (L, g) float32
+            Lux of the layer's sun where the rays end, not in ``baked``.
+        """
+        light = np.empty((len(self._weight), baked.shape[1]), dtype=np.float32)
+
+        def bring(part: slice) -> None:
+            ends = self.glossy[part], self._rays[part], self._triangle[part], self._bary[part]
+            of_mesh = self._mesh.triangles, self._mesh.surface
+            _bring(*ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit[:, part], light)
+
+        self._threads.over(len(self.glossy), bring)
+        return light
+
+    def gather(self, light: F32, part: slice, irradiance: F32) -> F32:
+        """Mean luminance in the lobes of a slice of pixels, (m, 3 L) float32 cd/m².
+
+        A rough surface gathers the mean of its hemisphere, E / π; a glossy one the mean over its 4 × 4
+        neighbours on its plane of what their rays bring.
+
+        Parameters
+        ----------
+        light : (H·W, 3 L) float32
+            Of `bring`.
+        irradiance : (m, 3 L) float32
+            On the slice's pixels, lux.
+        """
+        at = self._surfaces
+        return _gather(
+            part.start, light, irradiance, self._weight, at.shape, at.normal, at.surface, at.roughness
         )
 
 
+@cache
 def _lobe_points() -> F32:
     """(16, 2) float32: Hammersley's points in the unit square."""
     k = np.arange(16)
@@ -96,17 +123,25 @@ def _lobe_points() -> F32:
     return np.stack([(k + 0.5) / 16, (reversed_bits + 0.5) / 16], axis=-1).astype(np.float32)
 
 
-@njit(cache=True)
-def _lobe_rays(normal: F32, to_eye: F32, roughness: F32, u: F32, w: F32) -> tuple[F32, F32]:
-    """Reflected directions (n, 3), and what the lobe gives each: G2 / G1, 0 below the surface."""
-    n = len(normal)
-    rays, weight = np.empty((n, 3), dtype=np.float32), np.empty(n, dtype=np.float32)
-    for i in range(n):
+@njit(cache=True, nogil=True)
+def _lobe_rays(
+    glossy: I64,
+    points: F32,
+    normal: F32,
+    to_eye: F32,
+    roughness: F32,
+    lobe: F32,
+    number: I64,
+    rays: F32,
+    weight: F32,
+) -> None:
+    """Reflected rays (g, 6), and what the lobe gives each pixel's: G2 / G1, 0 below the surface."""
+    for k in range(len(glossy)):
+        i = glossy[k]
         x, y, z = normal[i, 0], normal[i, 1], normal[i, 2]
         ex, ey, ez = to_eye[i, 0], to_eye[i, 1], to_eye[i, 2]
         nv = max(x * ex + y * ey + z * ez, 1e-3)
         hx, hy, hz = x, y, z
-        nl = nv
         alpha = roughness[i] * roughness[i]
         if roughness[i] > SHARP_ROUGHNESS:
             # across the surface: a along the view, b beside it
@@ -117,54 +152,111 @@ def _lobe_rays(normal: F32, to_eye: F32, roughness: F32, u: F32, w: F32) -> tupl
             else:
                 ax, ay, az, _, _, _ = tangents(x, y, z)
             bx, by, bz = y * az - z * ay, z * ax - x * az, x * ay - y * ax
-            p, q, r = visible_normal(np.sqrt(max(1.0 - nv * nv, 0.0)), nv, alpha, u[i], w[i])
+            u, w = lobe[number[i], 0], lobe[number[i], 1]
+            p, q, r = visible_normal(np.sqrt(max(1.0 - nv * nv, 0.0)), nv, alpha, u, w)
             hx, hy, hz = p * ax + q * bx + r * x, p * ay + q * by + r * y, p * az + q * bz + r * z
         vh = ex * hx + ey * hy + ez * hz
-        rays[i, 0], rays[i, 1], rays[i, 2] = 2 * vh * hx - ex, 2 * vh * hy - ey, 2 * vh * hz - ez
-        nl = x * rays[i, 0] + y * rays[i, 1] + z * rays[i, 2]
-        weight[i] = 0.0
+        for c in range(3):
+            rays[k, c] = points[i, c] + np.float32(OFFSET_M) * normal[i, c]
+        rays[k, 3], rays[k, 4], rays[k, 5] = 2 * vh * hx - ex, 2 * vh * hy - ey, 2 * vh * hz - ez
+        nl = x * rays[k, 3] + y * rays[k, 4] + z * rays[k, 5]
         if nl > 0.0:
             at_eye, at_light = smith_lambda(nv, alpha), smith_lambda(nl, alpha)
             weight[i] = (1.0 + at_eye) / (1.0 + at_eye + at_light)
-    return rays, weight
 
 
-@njit(cache=True)
-def _blur(
-    luminance: F32,
+@njit(cache=True, nogil=True)
+def _arrive(rays: F32, triangle: I32, distance: F32, facing: F32, points: F32, normals: F32) -> None:
+    """The points where rays end, and the normals there that face them; 0 where they meet nothing."""
+    for k in range(len(rays)):
+        t = triangle[k]
+        if t < 0:
+            points[k], normals[k] = 0.0, 0.0
+            continue
+        away = rays[k, 3] * facing[t, 0] + rays[k, 4] * facing[t, 1] + rays[k, 5] * facing[t, 2]
+        for c in range(3):
+            points[k, c] = rays[k, c] + distance[k] * rays[k, 3 + c]
+            normals[k, c] = -facing[t, c] if away > 0.0 else facing[t, c]
+
+
+@njit(cache=True, nogil=True)
+def _bring(
+    glossy: I64,
+    rays: F32,
+    triangle: I32,
+    bary: F32,
+    horizon_z: float,
+    triangles: I32,
+    surface: I32,
+    baked: F32,
+    albedo: F32,
+    sky: F32,
+    sunlit: F32,
+    light: F32,
+) -> None:
+    """What `Reflection.bring` says, for some of the rays."""
+    for k in range(len(glossy)):
+        row, t = light[glossy[k]], triangle[k]
+        if t < 0:
+            for j in range(len(row)):
+                row[j] = sky[j // 3] if rays[k, 5] > horizon_z else np.float32(0.0)
+            continue
+        v, w = bary[k, 0], bary[k, 1]
+        u = np.float32(1.0) - (v + w)
+        a, b, c = baked[triangles[t, 0]], baked[triangles[t, 1]], baked[triangles[t, 2]]
+        for j in range(len(row)):
+            row[j] = u * a[j] + v * b[j] + w * c[j]
+        for layer in range(len(sky)):
+            for channel in range(3):
+                j = 3 * layer + channel
+                lux = row[j] + sunlit[layer, k]
+                row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
+
+
+@njit(cache=True, nogil=True)
+def _gather(
+    start: int,
+    light: F32,
+    irradiance: F32,
     weight: F32,
-    slot: I32,
-    pixels: I64,
+    shape: tuple[int, int],
     normal: F32,
     surface: I32,
     roughness: F32,
 ) -> F32:
     """Mean with taps ½ 1 1 1 ½ in rows and columns, which counts each of the 16 numbers once."""
-    height, width = slot.shape
-    mean = np.zeros_like(luminance)
-    for i in range(len(pixels)):
-        if roughness[i] <= SHARP_ROUGHNESS:
-            mean[i] = luminance[i]
+    height, width = shape
+    mean = np.empty_like(irradiance)
+    for m in range(len(irradiance)):
+        i, row = start + m, mean[m]
+        if surface[i] == NOTHING or roughness[i] > MIRROR_ROUGHNESS:
+            for j in range(len(row)):
+                row[j] = irradiance[m, j] * np.float32(1 / np.pi)
             continue
-        row, column = pixels[i] // width, pixels[i] % width
-        total = 0.0
-        r = g = b = 0.0
-        for dr in range(-2, 3):
-            for dc in range(-2, 3):
-                y, x = row + dr, column + dc
-                if y < 0 or y >= height or x < 0 or x >= width:
-                    continue
-                k = slot[y, x]
-                if k < 0 or surface[k] != surface[i]:
+        if roughness[i] <= SHARP_ROUGHNESS:
+            row[:] = light[i]
+            continue
+        row[:] = 0.0
+        total = np.float32(0.0)
+        y0, x0 = i // width, i % width
+        for y in range(max(y0 - 2, 0), min(y0 + 3, height)):
+            for x in range(max(x0 - 2, 0), min(x0 + 3, width)):
+                k = y * width + x
+                if surface[k] != surface[i]:
                     continue
                 same = normal[k, 0] * normal[i, 0] + normal[k, 1] * normal[i, 1] + normal[k, 2] * normal[i, 2]
                 if same < SAME_PLANE:
                     continue
-                tap = weight[k] * (0.5 if abs(dr) == 2 else 1.0) * (0.5 if abs(dc) == 2 else 1.0)
+                tap = weight[k]
+                if abs(y - y0) == 2:
+                    tap *= np.float32(0.5)
+                if abs(x - x0) == 2:
+                    tap *= np.float32(0.5)
                 total += tap
-                r += tap * luminance[k, 0]
-                g += tap * luminance[k, 1]
-                b += tap * luminance[k, 2]
+                brought = light[k]
+                for j in range(len(row)):
+                    row[j] += tap * brought[j]
         if total > 0.0:
-            mean[i, 0], mean[i, 1], mean[i, 2] = r / total, g / total, b / total
+            for j in range(len(row)):
+                row[j] /= total
     return mean

@@ -12,7 +12,7 @@ The ground truth is that of the ideal sensor of the same sheet: no noise, no dar
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
@@ -20,70 +20,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.colour_filter_array import ARRAYS, NO_ARRAY
+from renderers.colour_matrix import SENSITIVITIES, SRGB, to_camera
+from renderers.demosaicing import methods
 from renderers.errors import RendererError
 from renderers.gbuffer import F32
 from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Settings, Sheet
 from renderers.shot_noise import NONE, convert, read_out
 
 PHOTONS_PER_LUX = 1.09e16
 """Photons per m², s and lux of D65 between 400 and 700 nm (CIE D65 × V(λ), 683 lm/W)."""
 
-MIDDLE_GREY = 0.18
+MOST_GAIN_DB = 48.0
+"""What the gain registers of machine vision sensors reach (Sony Pregius: 0…48 dB)."""
 
 METERINGS = ("average", "centre-weighted", "highlight-priority")
 
 
 @dataclass(frozen=True)
-class Sensor:
-    """A camera's sensor and the numbers of its lens, by their data sheet.
+class Sensor(Settings, Sheet):
+    """A camera's sensor, the numbers of its lens, and how it is set.
 
     Attributes
     ----------
-    pixel_pitch_um : float
-        Edge of the square photosensitive area, µm.
-    f_number, lens_transmission : float
-        Image-plane illuminance is π T L / (4 N²) of the luminance L.
-    quantum_efficiency : (r, g, b)
-        Electrons per photon of 400–700 nm white light behind each colour filter.
-    full_well_e, read_noise_e : float
-        Electrons.
-    bit_depth, black_level_dn : int
-        Of the ADC; full well is mapped to its largest number.
-    min_exposure_s, max_exposure_s : float
-        Limits of the shutter.
-    exposure_s : float, optional
-        A fixed exposure time; automatic exposure without one.
-    metering : str
-        One of `METERINGS` (`renderers.metering`).
-    metering_target : float
-        Mean of the picture, as a share of full well, that automatic exposure aims for.
-    dark_current_e_per_s : float
-        At ``reference_temperature_c``; doubles every ``doubling_temperature_k`` up to ``temperature_c``.
-    dsnu_e, prnu : float
-        Standard deviations of the fixed patterns: electrons, and a share of the signal.
     serial_number : int
         Seed of the fixed patterns: two cameras of one type differ by it.
     """
 
-    pixel_pitch_um: float = 6.0
-    f_number: float = 2.0
-    lens_transmission: float = 0.9
-    quantum_efficiency: tuple[float, float, float] = (0.35, 0.45, 0.35)
-    full_well_e: float = 20_000.0
-    read_noise_e: float = 8.0
-    bit_depth: int = 10
-    black_level_dn: int = 16
-    min_exposure_s: float = 1e-5
-    max_exposure_s: float = 0.008
-    exposure_s: float | None = None
-    metering: str = "average"
-    metering_target: float = MIDDLE_GREY
-    dark_current_e_per_s: float = 0.0
-    reference_temperature_c: float = 25.0
-    doubling_temperature_k: float = 8.0
-    temperature_c: float = 25.0
-    dsnu_e: float = 0.0
-    prnu: float = 0.0
     serial_number: int = 0
 
     def __post_init__(self) -> None:
@@ -105,13 +69,30 @@ class Sensor:
             raise RendererError(f"sensor: prnu {self.prnu:g} is a share of the signal, at most 0.3")
         if not all(-50 <= t <= 150 for t in (self.temperature_c, self.reference_temperature_c)):
             raise RendererError("sensor: temperatures must lie in −50…150 °C")
-        if self.metering not in METERINGS:
-            raise RendererError(f"sensor: unknown metering {self.metering!r}; use {', '.join(METERINGS)}")
+        if not all(0 <= gain <= MOST_GAIN_DB for gain in (self.gain_db, self.max_gain_db)):
+            raise RendererError(f"sensor: gain_db and max_gain_db must lie in 0…{MOST_GAIN_DB:g} dB")
+        for name, known in _CHOICES.items():
+            if getattr(self, name) not in known:
+                raise RendererError(f"sensor: unknown {name} {getattr(self, name)!r}; use {', '.join(known)}")
 
     @property
     def gain_dn_per_e(self) -> float:
-        """K: full well fills the ADC above its black level."""
-        return (self.largest_dn - self.black_level_dn) / self.full_well_e
+        """K: at 0 dB full well fills the ADC above its black level."""
+        return (self.largest_dn - self.black_level_dn) / self.saturation_e
+
+    @property
+    def saturation_e(self) -> float:
+        """Electrons beyond which the numbers clip: full well at 0 dB, the ADC's range when amplified."""
+        return float(self.full_well_e / 10 ** (self.gain_db / 20))
+
+    @property
+    def separable(self) -> bool:
+        """Each channel of a pixel is developed from its own number alone: no mosaic and no colour matrix."""
+        return self.colour_filter_array == NO_ARRAY and self.sensitivities == SRGB
+
+    def amplified(self, gain_db: float) -> Sensor:
+        """The same sensor at another gain, such as the one that automatic exposure chose."""
+        return self if gain_db == self.gain_db else replace(self, gain_db=gain_db)
 
     @property
     def largest_dn(self) -> int:
@@ -142,6 +123,13 @@ _POSITIVE = (
     "doubling_temperature_k",
 )
 
+_CHOICES = {
+    "metering": METERINGS,
+    "colour_filter_array": ARRAYS,
+    "demosaicing": tuple(methods()),
+    "sensitivities": SENSITIVITIES,
+}
+
 
 def preset(name: str, **overrides: Any) -> Sensor:
     """A sensor by name (`renderers.sensor_presets`), with other values where given.
@@ -156,19 +144,33 @@ def preset(name: str, **overrides: Any) -> Sensor:
         if given not in names:
             near = get_close_matches(given, names, n=2) or sorted(names)
             raise RendererError(f"sensor: unknown name {given!r}; did you mean {' or '.join(near)}?")
-    return Sensor(**{**PRESETS[name], **overrides})
+    return Sensor(**{**asdict(PRESETS[name]), **overrides})
 
 
 def mean_electrons(sensor: Sensor, luminance: F32, seconds: float) -> F32:
-    """Expected photo-electrons of each pixel and channel, before the full well clips them.
+    """Expected photo-electrons of each pixel behind each colour filter, before the full well clips them.
 
     Parameters
     ----------
-    luminance : (H, W, 3) float32, cd/m²
+    luminance : (H, W, 3) float32
+        Linear sRGB, cd/m² per channel.
     seconds : float
         Exposure time.
+
+    Returns
+    -------
+    (H, W, 3) float32
+        Of which a mosaic's photosites have one channel each (`renderers.colour_filter_array`).
     """
-    return luminance * (sensor.electrons_per_luminance * seconds).astype(np.float32)
+    seen = to_camera(sensor.sensitivities, luminance)
+    height, width, _ = seen.shape
+    factors = per_row(sensor.electrons_per_luminance * seconds, width)
+    return (seen.reshape(height, -1) * factors).reshape(seen.shape)
+
+
+def per_row(channels: NDArray[np.float64], width: int) -> F32:
+    """(width·3,) float32: a factor per channel, repeated along a row, as loops over whole rows are fast."""
+    return np.tile(channels.astype(np.float32), width)
 
 
 def expose(

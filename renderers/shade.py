@@ -39,7 +39,7 @@ DIELECTRIC_F0 = 0.04
 """Reflectance of a dielectric of refractive index 1.5 at normal incidence (glTF 2.0, B.2.1)."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shade_light(
     normal: F32,
     to_eye: F32,
@@ -156,7 +156,7 @@ def _visibility(nl: float, nv: float, alpha: float) -> float:
     return 0.5 / (nl * np.sqrt(nv * nv * (1.0 - a2) + a2) + nv * np.sqrt(nl * nl * (1.0 - a2) + a2))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shade_ambient(
     normal: F32,
     to_eye: F32,
@@ -170,26 +170,31 @@ def shade_ambient(
     out_diffuse: F32,
     out_specular: F32,
 ) -> None:
-    """Add light that comes from everywhere: diffuse from irradiance, specular from the mirror direction.
+    """Write light that comes from everywhere: diffuse from irradiance, specular from the mirror direction.
 
     Parameters
     ----------
-    irradiance : (n, 3) float32
-        Indirect and sky illuminance on the surface per channel, lux.
-    mirrored : (n, 3) float32
+    irradiance : (n, 3 L) float32
+        Indirect and sky illuminance on the surface, lux, channels within layers.
+    mirrored : (n, 3 L) float32
         Mean luminance that the specular lobe gathers, cd/m².
     albedo : (33, 33, 2) float32
         `renderers.lobe_albedo.albedo_table`.
+    out_diffuse, out_specular : (L, n, 3) float32
+        Luminance per channel, cd/m²; overwritten.
 
     Other parameters as in `shade_light`.
     """
+    matt, shine = np.empty(3, dtype=np.float32), np.empty(3, dtype=np.float32)
     for i in range(len(irradiance)):
         nv = _dot(normal, to_eye, i)
         scale, bias = directional_albedo(albedo, nv, roughness[i])
         layer = specular[i] * (DIELECTRIC_F0 * scale + bias)
         for c in range(3):
             metal = base_color[i, c] * scale + bias
-            out_diffuse[i, c] += (
-                irradiance[i, c] * (1.0 - metallic[i]) * (1.0 - layer) * base_color[i, c] / np.pi
-            )
-            out_specular[i, c] += mirrored[i, c] * ((1.0 - metallic[i]) * layer + metallic[i] * metal)
+            matt[c] = (1.0 - metallic[i]) * (1.0 - layer) * base_color[i, c] / np.pi
+            shine[c] = (1.0 - metallic[i]) * layer + metallic[i] * metal
+        for k in range(len(out_diffuse)):
+            for c in range(3):
+                out_diffuse[k, i, c] = irradiance[i, 3 * k + c] * matt[c]
+                out_specular[k, i, c] = mirrored[i, 3 * k + c] * shine[c]

@@ -8,14 +8,17 @@ neighbourhood disagree, and only there, lies a penumbra: its pixels cast the oth
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache, lru_cache
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I64
 from renderers.lights import DirectLight
 from renderers.mesh import RayCaster
+from renderers.threads import ALONE, Threads
 
 POINTS = 16
 """Of the disc that rays go to: a penumbra in steps of 1/16."""
@@ -30,17 +33,23 @@ PATTERN = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]
 """Bayer's ordered dither (1973): neighbours' numbers differ by much."""
 
 
+@cache
 def disc_points() -> F32:
     """(16, 2) float32: points of equal share on the unit disc along Vogel's spiral (1979)."""
     k = np.arange(POINTS)
     radius, angle = np.sqrt((k + 0.5) / POINTS), k * np.pi * (3 - np.sqrt(5))
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1).astype(np.float32)
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1).astype(np.float32)
+    points.setflags(write=False)
+    return points
 
 
-def interleaved(shape: tuple[int, int]) -> NDArray[np.int64]:
+@lru_cache(maxsize=8)
+def interleaved(shape: tuple[int, int]) -> I64:
     """(H·W,) int64: the number 0…15 of each pixel, every one once in any 4 × 4 pixels."""
     rows, columns = -(-shape[0] // 4), -(-shape[1] // 4)
-    return np.tile(PATTERN, (rows, columns))[: shape[0], : shape[1]].reshape(-1)
+    numbers = np.tile(PATTERN, (rows, columns))[: shape[0], : shape[1]].reshape(-1)
+    numbers.setflags(write=False)
+    return numbers
 
 
 def visible_shares(
@@ -49,63 +58,105 @@ def visible_shares(
     points: F32,
     normals: F32,
     caster: RayCaster,
-    pixels: I64,
     shape: tuple[int, int],
+    threads: Threads = ALONE,
 ) -> list[F32]:
     """The share of each light's disc that the points of a picture see.
 
     Parameters
     ----------
-    lux : one (n,) float32 for each light
+    lux : one (H·W,) float32 for each light
         What arrives unshadowed. Lights of less than `FAINT` of what does arrive keep their first ray.
-    points, normals : (n, 3) float32
+    points, normals : (H·W, 3) float32
         What pixels show.
-    pixels : (n,) int64
-        The points' flat index in the picture.
     shape : (H, W)
 
     Returns
     -------
-    one (n,) float32 for each light, 0…1; 0 where no light could arrive
+    one (H·W,) float32 for each light, 0…1; 0 where no light could arrive
     """
-    disc, number = disc_points(), interleaved(shape)[pixels]
+    number = interleaved(shape)
     shares, arrived = [], np.zeros(len(points), dtype=np.float32)
     for light, unshadowed in zip(lights, lux, strict=True):
         facing = np.flatnonzero(unshadowed)
+        blocked = _blocked(light, points, normals, facing, number[facing], caster, threads)
         share = np.zeros(len(points), dtype=np.float32)
-        share[facing] = _free(light, points, normals, facing, disc[number[facing]], caster)
-        arrived += unshadowed * share
+        _note(facing, blocked, unshadowed, share, arrived)
         shares.append(share)
     for light, unshadowed, share in zip(lights, lux, shares, strict=True):
-        edge = _disagree(share, unshadowed, pixels, shape) & (unshadowed > FAINT * arrived)
-        mixed = np.flatnonzero(edge)
+        mixed = _penumbra(share, unshadowed, arrived, shape)
         others = (number[mixed, None] + np.arange(1, POINTS)) % POINTS
         which = np.repeat(mixed, POINTS - 1)
-        free = _free(light, points, normals, which, disc[others.reshape(-1)], caster)
-        share[mixed] = (share[mixed] + free.reshape(-1, POINTS - 1).sum(axis=1)) / POINTS
+        blocked = _blocked(light, points, normals, which, others.reshape(-1), caster, threads)
+        free = POINTS - 1 - blocked.reshape(-1, POINTS - 1).sum(axis=1)
+        share[mixed] = (share[mixed] + free) / POINTS
     return shares
 
 
-def lit_share(light: DirectLight, points: F32, normals: F32, caster: RayCaster, rays: int = 1) -> F32:
+def lit_share(
+    light: DirectLight,
+    points: F32,
+    normals: F32,
+    caster: RayCaster,
+    rays: int = 1,
+    threads: Threads = ALONE,
+) -> F32:
     """As `visible_shares`, for points that are no picture: ``rays`` each, going round the disc."""
-    first = np.arange(len(points)) * rays
-    number = (first[:, None] + np.arange(rays)).reshape(-1) % POINTS
+    number = np.arange(len(points) * rays) % POINTS
     which = np.repeat(np.arange(len(points)), rays)
-    free = _free(light, points, normals, which, disc_points()[number], caster)
+    free = ~_blocked(light, points, normals, which, number, caster, threads)
     return free.reshape(-1, rays).mean(axis=1, dtype=np.float32)
 
 
-def _free(
-    light: DirectLight, points: F32, normals: F32, which: I64, disc: F32, caster: RayCaster
+def _blocked(
+    light: DirectLight,
+    points: F32,
+    normals: F32,
+    which: I64,
+    number: I64,
+    caster: RayCaster,
+    threads: Threads,
 ) -> NDArray[np.bool_]:
-    rays, far = light.shadow_rays(points, normals, which, disc)
-    return ~caster.any_hit(rays, far)
+    """Whether the ray from each point ``which`` to a numbered point of the disc meets anything."""
+    rays, disc = np.empty((len(which), 6), dtype=np.float32), disc_points()
+
+    def aim(part: slice) -> None:
+        rays[part] = light.shadow_rays(points, normals, which[part], disc, number[part])
+
+    threads.over(len(which), aim)
+    return caster.any_hit(rays, light.far)
 
 
-def _disagree(share: F32, lux: F32, pixels: I64, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether a pixel's neighbourhood holds both rays that arrive and rays that do not."""
-    lit, dark = np.zeros((2, shape[0] * shape[1]), dtype=np.uint8)
-    lit[pixels], dark[pixels] = share > 0, (share == 0) & (lux > 0)
-    near_lit = cv2.dilate(lit.reshape(shape), NEIGHBOURHOOD).reshape(-1)
-    near_dark = cv2.dilate(dark.reshape(shape), NEIGHBOURHOOD).reshape(-1)
-    return (near_lit > 0)[pixels] & (near_dark > 0)[pixels] & (lux > 0)
+def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64:
+    """The pixels about which some rays arrive and some do not, and to which the light matters."""
+    marks = np.empty((*shape, 2), dtype=np.uint8)
+    _mark(share, lux, marks.reshape(-1, 2))
+    near = np.asarray(cv2.dilate(marks, NEIGHBOURHOOD), dtype=np.uint8).reshape(-1, 2)
+    return np.flatnonzero(_disagree(near, lux, arrived))
+
+
+@njit(cache=True, nogil=True)
+def _note(facing: I64, blocked: NDArray[np.bool_], lux: F32, share: F32, arrived: F32) -> None:
+    """Write down the first rays, and add what they bring."""
+    for k in range(len(facing)):
+        if not blocked[k]:
+            i = facing[k]
+            share[i] = 1.0
+            arrived[i] += lux[i]
+
+
+@njit(cache=True, nogil=True)
+def _mark(share: F32, lux: F32, marks: NDArray[np.uint8]) -> None:
+    """Rays that arrive in the first channel, rays that do not in the second."""
+    for i in range(len(share)):
+        marks[i, 0] = share[i] > 0
+        marks[i, 1] = (share[i] == 0) & (lux[i] > 0)
+
+
+@njit(cache=True, nogil=True)
+def _disagree(near: NDArray[np.uint8], lux: F32, arrived: F32) -> NDArray[np.bool_]:
+    mixed = np.empty(len(lux), dtype=np.bool_)
+    faint = np.float32(FAINT)
+    for i in range(len(lux)):
+        mixed[i] = (near[i, 0] > 0) & (near[i, 1] > 0) & (lux[i] > 0) & (lux[i] > faint * arrived[i])
+    return mixed

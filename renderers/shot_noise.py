@@ -24,6 +24,9 @@ BENT_FROM = ((4.0, 0.0), (1.0, 50.0))
 """With at least this read noise, the cumulants serve from this mean on; all in electrons."""
 
 LAYERS = 256
+GAMMA = 0x9E3779B97F4A7C15
+"""SplitMix64's step (Steele, Lea & Flood 2014)."""
+
 TAIL = 3.6541528853610088
 """Where the ziggurat's base layer ends, for 256 layers (Marsaglia & Tsang 2000)."""
 
@@ -154,8 +157,7 @@ def _count(
         expected = (electrons[i] * response[i] if len(response) > 0 else electrons[i]) + thermal
         mean[i] = expected if expected < most else most
     if read_noise > 0.0:
-        for i in range(len(noise)):
-            noise[i] = _normal(state)
+        _normals(state, noise)
     if many < np.inf:
         _bend(mean, noise, read_noise, out)
     for i in range(len(mean)):
@@ -195,13 +197,18 @@ def _bend(mean: F32, noise: F32, read_noise: float, out: F32) -> None:
 
 
 @njit(cache=True)
-def _bits(state: NDArray[np.uint64]) -> np.uint64:
-    """64 random bits (Steele, Lea & Flood 2014, SplitMix64)."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    z = state[0]
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+def _mixed(counter: np.uint64) -> np.uint64:
+    """SplitMix64's output for one value of its counter (Steele, Lea & Flood 2014)."""
+    z = (counter ^ (counter >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return z ^ (z >> np.uint64(31))
+
+
+@njit(cache=True)
+def _bits(state: NDArray[np.uint64]) -> np.uint64:
+    """64 random bits."""
+    state[0] += np.uint64(GAMMA)
+    return _mixed(state[0])
 
 
 @njit(cache=True)
@@ -211,12 +218,36 @@ def _uniform(state: NDArray[np.uint64]) -> float:
 
 
 @njit(cache=True)
-def _normal(state: NDArray[np.uint64]) -> float:
-    """Standard normal by the ziggurat (Marsaglia & Tsang 2000); layer and abscissa of separate bits."""
+def _normals(state: NDArray[np.uint64], out: F32) -> None:
+    """Standard normal numbers by the ziggurat (Marsaglia & Tsang 2000).
+
+    Of 64 numbers 63 take the short way, on which the counter stays in a register: a third of the time.
+    """
+    counter = state[0]
+    for i in range(len(out)):
+        counter += np.uint64(GAMMA)
+        bits = _mixed(counter)
+        layer, x = _candidate(bits)
+        if abs(x) >= EDGES[layer + 1]:
+            state[0] = counter
+            x = _outside(bits, state)
+            counter = state[0]
+        out[i] = x
+    state[0] = counter
+
+
+@njit(cache=True)
+def _candidate(bits: np.uint64) -> tuple[int, float]:
+    """Layer and abscissa, of separate bits; the sign is the bits' own."""
+    layer = int(bits & np.uint64(255))
+    return layer, float(np.int64(bits) >> 11) * 2.0**-52 * EDGES[layer]
+
+
+@njit(cache=True)
+def _outside(bits: np.uint64, state: NDArray[np.uint64]) -> float:
+    """The number that follows from bits whose candidate may lie outside of the density."""
     while True:
-        bits = _bits(state)
-        layer = np.int64(bits & np.uint64(255))
-        x = float(np.int64(bits) >> 11) * 2.0**-52 * EDGES[layer]  # the sign is the bits' own
+        layer, x = _candidate(bits)
         if abs(x) < EDGES[layer + 1]:
             return x
         if layer == 0:
@@ -227,6 +258,7 @@ def _normal(state: NDArray[np.uint64]) -> float:
         low, high = DENSITY[layer], DENSITY[layer + 1]
         if low + _uniform(state) * (high - low) < math.exp(-0.5 * x * x):
             return x
+        bits = _bits(state)
 
 
 @njit(cache=True)

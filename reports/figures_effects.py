@@ -119,6 +119,7 @@ def _panel(
         panel.scatter(rows["value"], y, s=20, color=colours[name], label=name, zorder=3)
         hollow = [at for at, k in zip(y, known, strict=True) if not k]
         panel.scatter(rows["value"][~known], hollow, s=7, color=style.PAPER, zorder=4)
+    panel.locator_params(axis="x", nbins=6)
     panel.grid(axis="x")
     panel.set_axisbelow(True)
     panel.tick_params(axis="y", length=0)

@@ -1,10 +1,10 @@
-"""Heat maps: a metric over sun × bulb, one panel for each filter, all on one colour scale."""
+"""Heat maps: a metric over sun or time of day × bulb, one panel for each filter, on one colour scale."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from reports import style
 from reports.comparison import Comparison
-from reports.illuminations import illuminations, quantity
+from reports.illuminations import COLUMNS, STEADY, illuminations, quantity
 from reports.run import BASELINE, Run
 from reports.wording import MISSING, number
 
@@ -110,16 +110,16 @@ METRICS = (
 
 
 def table(run: Run, comparison: Comparison, metric: HeatMetric) -> DataFrame:
-    """One row per filter and illumination, dark to bright."""
+    """One row per filter and illumination, by time of day and dark to bright."""
     import pandas as pd
 
     lights = illuminations(run)
     rows = [
-        (name, light.name, light.sun_lux, light.bulb_lm, metric.measure(comparison, name, light.name))
+        (name, *astuple(light), metric.measure(comparison, name, light.name))
         for name in metric.panels(run)
         for light in lights
     ]
-    return pd.DataFrame(rows, columns=["filter", "illumination", "sun_lux", "bulb_lm", metric.column])
+    return pd.DataFrame(rows, columns=["filter", *COLUMNS, metric.column])
 
 
 def draw(run: Run, comparison: Comparison, metric: HeatMetric) -> Path | None:
@@ -136,32 +136,43 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    suns, bulbs = (sorted(data[c].unique()) for c in ("sun_lux", "bulb_lm"))
+    lights = illuminations(run)
+    days = list(dict.fromkeys(light.daylight for light in lights))
+    bulbs = list(dict.fromkeys(light.lamplight for light in lights))
     finite = data[metric.column][np.isfinite(data[metric.column])]
     norm = Normalize(0.0, metric.top or float(finite.max()) or 1.0)
     colours = colormaps["cividis" if metric.higher_is_better else "cividis_r"]
     names = metric.panels(run)
     across = min(PANELS_PER_ROW, len(names))
     down = math.ceil(len(names) / across)
-    figure = style.new_figure(9.6 if len(names) > 1 else 4.2, down * (0.75 + 0.34 * len(suns)) + 0.35)
+    figure = style.new_figure(9.6 if len(names) > 1 else 4.2, down * (0.75 + 0.34 * len(days)) + 0.35)
     axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
+    slope = 30.0 if any(state != STEADY for _, state in bulbs) else 0.0
     for panel, name in zip(axes, names, strict=False):
-        grid = data[data["filter"] == name].pivot_table(
-            index="sun_lux", columns="bulb_lm", values=metric.column, dropna=False
-        )
-        values = grid.reindex(index=suns, columns=bulbs).to_numpy(np.float64)
+        measured = data[data["filter"] == name].set_index("illumination")[metric.column]
+        values = np.full((len(days), len(bulbs)), np.nan)
+        for light in lights:
+            values[days.index(light.daylight), bulbs.index(light.lamplight)] = measured[light.name]
         _panel(panel, values, metric, norm, colours)
         panel.set_title("" if metric.of_light else style.filter_label(name))
-        panel.set_xticks(np.arange(len(bulbs)) + 0.5, [quantity(b, "lm") for b in bulbs])
-        panel.set_yticks(np.arange(len(suns)) + 0.5, [quantity(s, "lx") for s in suns])
+        panel.set_xticks(np.arange(len(bulbs)) + 0.5, [_lamps(*b) for b in bulbs], rotation=slope)
+        panel.set_yticks(np.arange(len(days)) + 0.5, [_day(*d) for d in days])
     for panel in axes[len(names) :]:
         panel.set_axis_off()
     figure.supxlabel("each bulb", fontsize=9, color=style.INK)
-    figure.supylabel("sun", fontsize=9, color=style.INK)
+    figure.supylabel("time of day, sun" if days[0][0] else "sun", fontsize=9, color=style.INK)
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(axes), shrink=0.9, pad=0.02, aspect=14)
     bar.outline.set_visible(False)
     bar.ax.set_title(metric.unit, fontsize=9, fontweight="normal", loc="left")
     return figure
+
+
+def _day(time: str, sun_lux: float) -> str:
+    return f"{time}, {quantity(sun_lux, 'lx')}" if time else quantity(sun_lux, "lx")
+
+
+def _lamps(bulb_lm: float, state: str) -> str:
+    return quantity(bulb_lm, "lm") if state == STEADY else f"{quantity(bulb_lm, 'lm')}, {state}"
 
 
 def _panel(panel: Axes, values: FloatArray, metric: HeatMetric, norm: Normalize, colours: Colormap) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from reports import style, tracks
 from reports.dlr import dlr_runs
-from reports.illuminations import illuminations
+from reports.illuminations import weakest_and_strongest
 from reports.run import OK, Run, records
 from reports.tracks import Occupancy, Track
 
@@ -54,11 +54,10 @@ def draw_rendered(run: Run, scene: str) -> Path | None:
 
     The runs are chosen by light and seed, never by their result.
     """
-    lights = illuminations(run)
     colours = style.filter_colours(run.filters)
     rows = run.runs[run.runs["scene"] == scene]
     panels = []
-    for light in dict.fromkeys((lights[0], lights[-1])):
+    for light in weakest_and_strongest(run):
         for name in run.filters:
             chosen = rows[(rows["illumination"] == light.name) & (rows["filter"] == name)]
             if len(chosen):

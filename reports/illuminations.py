@@ -2,40 +2,79 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from reports.run import Run
+from reports.run import Run, records
+
+STEADY = "all"
+"""What a run stores where all lamps burn steadily."""
+
+COLUMNS = ("time", "sun_lux", "bulb_lm", "lamps", "illumination")
 
 
 @dataclass(frozen=True, order=True)
 class Illumination:
-    """One condition, ordered from dark to bright.
+    """One condition, ordered by time of day and from dark to bright.
 
     Attributes
     ----------
+    time : str
+        Time of day, "09:00"; empty where the study has none.
     sun_lux, bulb_lm : float
         Sun (facing it) in lux, each bulb in lumen.
+    lamps : str
+        Name of the lamps' state.
     name : str
         As stored.
     """
 
+    time: str
     sun_lux: float
     bulb_lm: float
+    lamps: str
     name: str
 
     @property
     def label(self) -> str:
-        """For a person: "sun 10 klx, bulbs 800 lm", and the state of the lamps where they do not all burn."""
-        levels = f"sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}"
-        _, stands, lamps = self.name.partition(f"-bulb{self.bulb_lm:.10g}-")
-        return f"{levels}, lamps {lamps}" if stands else levels
+        """For a person: "09:00, sun 68 klx, bulbs 800 lm, lamps broken"; without what is as usual."""
+        time = f"{self.time}, " if self.time else ""
+        lamps = "" if self.lamps == STEADY else f", lamps {self.lamps}"
+        return f"{time}sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}{lamps}"
+
+    @property
+    def daylight(self) -> tuple[str, float]:
+        """Its row in a heat map."""
+        return self.time, self.sun_lux
+
+    @property
+    def lamplight(self) -> tuple[float, str]:
+        """Its column in a heat map."""
+        return self.bulb_lm, self.lamps
+
+    @staticmethod
+    def of(row: Mapping[str, Any]) -> Illumination:
+        """Of a row of one of the tables."""
+        return Illumination(
+            str(row["time"]),
+            float(row["sun_lux"]),
+            float(row["bulb_lm"]),
+            str(row["lamps"]),
+            str(row["illumination"]),
+        )
 
 
 def illuminations(run: Run) -> tuple[Illumination, ...]:
-    """All conditions of a run, from dark to bright."""
+    """All conditions of a run, by time of day and from dark to bright."""
     rows = run.frames if len(run.frames) else run.runs
-    unique = rows[["sun_lux", "bulb_lm", "illumination"]].drop_duplicates()
-    return tuple(sorted(Illumination(float(a), float(b), str(c)) for a, b, c in unique.to_numpy()))
+    return tuple(sorted(Illumination.of(row) for row in records(rows[list(COLUMNS)].drop_duplicates())))
+
+
+def weakest_and_strongest(run: Run) -> tuple[Illumination, ...]:
+    """The two conditions with the least and the most light, sun before bulbs; one where there is only one."""
+    by_light = sorted(illuminations(run), key=lambda light: (light.sun_lux, light.bulb_lm, light.name))
+    return tuple(dict.fromkeys((by_light[0], by_light[-1])))
 
 
 def quantity(value: float, unit: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from reports import figures_effects, figures_heat, figures_map, figures_strips, headline, provenance
 from reports.comparison import Comparison, compare
+from reports.illuminations import illuminations
 from reports.page import Page, Picture, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
@@ -52,20 +53,22 @@ def _effects(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
 
 def _heat_maps(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
     drawn = ((metric, figures_heat.draw(run, comparison, metric)) for metric in figures_heat.METRICS)
-    return tuple(Picture(path, metric.title, _heat_caption(metric)) for metric, path in drawn if path)
+    timed = any(light.time for light in illuminations(run))
+    return tuple(Picture(path, metric.title, _heat_caption(metric, timed)) for metric, path in drawn if path)
 
 
-def _heat_caption(metric: figures_heat.HeatMetric) -> str:
+def _heat_caption(metric: figures_heat.HeatMetric, timed: bool) -> str:
+    sun = "time of day with its sun" if timed else "sun"
     better = "Higher" if metric.higher_is_better else "Lower"
     unit = f"In {metric.unit}. " if metric.unit else ""
     if metric.of_light:
         return (
-            f"{unit}The true mask's share of the picture, before any filter: sun (on a surface facing it) "
+            f"{unit}The true mask's share of the picture, before any filter: {sun} (on a surface facing it) "
             "against the light of each bulb. Automatic exposure follows the brighter of the two."
         )
     return (
-        f"{unit}Sun (on a surface facing it) against the light of each bulb; all panels share one colour "
-        f"scale. {better} is better, and brighter."
+        f"{unit}{sun.capitalize()} (on a surface facing it) against the light of each bulb; all panels share "
+        f"one colour scale. {better} is better, and brighter."
     )
 
 

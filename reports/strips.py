@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.errors import ReportError
-from reports.illuminations import Illumination
+from reports.illuminations import illuminations
 from reports.run import BASELINE, Run, records
 from reports.tracks import read_csv
 
@@ -61,15 +61,12 @@ def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
     if not path.exists():
         return (), 0
     rows = records(read_csv(path, COLUMNS))
-    levels = {
-        str(name): (float(sun), float(bulb))
-        for name, sun, bulb in run.frames[["illumination", "sun_lux", "bulb_lm"]].drop_duplicates().to_numpy()
-    }
+    labels = {light.name: light.label for light in illuminations(run)}
     rows.sort(key=lambda row: _order(row, run))
     chosen: list[Strip] = []
     spent = 0
     for row in rows:
-        strip = _strip(row, run.folder / "figures" / "strips", levels)
+        strip = _strip(row, run.folder / "figures" / "strips", labels)
         spent += sum(file.stat().st_size for file in strip.files.values())
         if chosen and spent > BUDGET_BYTES:
             break
@@ -89,16 +86,15 @@ def _order(row: dict[str, Any], run: Run) -> tuple[Any, ...]:
     )
 
 
-def _strip(row: dict[str, Any], folder: Path, levels: dict[str, tuple[float, float]]) -> Strip:
+def _strip(row: dict[str, Any], folder: Path, labels: dict[str, str]) -> Strip:
     files = {kind: folder / str(row[kind]) for kind in PICTURES}
     for file in files.values():
         _check(file)
     name = str(row["illumination"])
-    light = Illumination(*levels[name], name).label if name in levels else name
     return Strip(
         str(row["filter"]),
         str(row["rank"]),
-        light,
+        labels.get(name, name),
         int(row["frame"]),
         float(row["iou"]),
         float(row["psnr_db"]),

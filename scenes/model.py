@@ -203,6 +203,9 @@ class Scene:
 
     Attributes
     ----------
+    suns : tuple of Sun
+        Each has a layer of the light basis of its own, under its name: a place has one sun, or none
+        indoors, a day as many as it is looked at. An illumination weights at most one.
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
     paint_white, paint_black : (r, g, b)
@@ -215,7 +218,7 @@ class Scene:
     name: str
     surfaces: tuple[Surface, ...]
     landmarks: tuple[Landmark, ...]
-    sun: Sun
+    suns: tuple[Sun, ...]
     sky: Sky
     bulbs: tuple[Bulb, ...]
     tour: Tour
@@ -227,6 +230,10 @@ class Scene:
     def __post_init__(self) -> None:
         if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):
             raise SceneError(f"scene {self.name!r}: its landmarks' ids must be 0, 1, 2 … in their order")
+        named = [self.sky.name, *(sun.name for sun in self.suns), *{bulb.group for bulb in self.bulbs}]
+        for name in named:
+            if named.count(name) > 1:
+                raise SceneError(f"scene {self.name!r}: two lights are named {name!r}; rename one of them")
 
     @cached_property
     def landmark_positions(self) -> FloatArray:

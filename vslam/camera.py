@@ -9,10 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vslam.distortion import Distortion
 from vslam.errors import VslamError
 
 FloatArray = NDArray[np.float64]
-Model = Literal["equidistant", "pinhole"]
+Model = Literal["fisheye", "pinhole"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,23 +22,26 @@ class Calibration:
 
     Attributes
     ----------
-    model : "equidistant" | "pinhole"
-        Equidistant: distance from the principal point = f · angle to the optical axis (rad), as
-        ``cv2.fisheye`` with zero distortion. Pinhole: f · tangent of it.
+    model : "fisheye" | "pinhole"
+        Fisheye: distance from the principal point = f · angle to the optical axis (rad), as ``cv2.fisheye``.
+        Pinhole: f · tangent of it.
     width, height : int
         Of the picture, pixels.
     fx, fy : float
-        Focal lengths, pixels (per rad for the equidistant model).
+        Focal lengths, pixels (per rad for the fisheye).
     cx, cy : float
         Principal point, pixels.
     T_robot_camera : (4, 4) float64
         Maps camera coordinates (x right, y down, z forward) to the robot's (x forward, y left,
         z up, origin on the floor), metres.
+    distortion : tuple of float
+        OpenCV's coefficients for the model (`vslam.distortion.Distortion.of`), or none.
 
     Raises
     ------
     VslamError
-        For an unknown model, a size or focal length that is not positive, or a matrix that is not (4, 4).
+        For an unknown model, a size or focal length that is not positive, a matrix that is not (4, 4), or a
+        distortion that folds inside the picture.
     """
 
     model: Model
@@ -48,17 +52,21 @@ class Calibration:
     cx: float
     cy: float
     T_robot_camera: FloatArray
+    distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.model not in ("equidistant", "pinhole"):
-            raise VslamError(
-                f"calibration: unknown camera model {self.model!r}; use 'equidistant' or 'pinhole'"
-            )
+        if self.model not in ("fisheye", "pinhole"):
+            raise VslamError(f"calibration: unknown camera model {self.model!r}; use 'fisheye' or 'pinhole'")
         if min(self.width, self.height) < 1 or not min(self.fx, self.fy) > 0.0:
             raise VslamError("calibration: width, height, fx and fy must be positive")
         if np.shape(self.T_robot_camera) != (4, 4):
             raise VslamError(
                 f"calibration: T_robot_camera must be (4, 4), not {np.shape(self.T_robot_camera)}"
+            )
+        if np.isnan(self._plane_of_edge).any():
+            raise VslamError(
+                f"calibration: distortion {list(self.distortion)} folds inside the picture of "
+                f"{self.width} × {self.height}"
             )
 
     def rays(self) -> FloatArray:
@@ -76,9 +84,9 @@ class Calibration:
         Returns
         -------
         (n, 3) float64
-            Unit vectors in the camera frame.
+            Unit vectors in the camera frame; NaN where the distortion has no inverse.
         """
-        x, y = self._normalised(pixels).T
+        x, y = self._plane(pixels).T
         if self.model == "pinhole":
             rays = np.stack([x, y, np.ones_like(x)], axis=1)
             return rays / np.linalg.norm(rays, axis=1, keepdims=True)
@@ -109,10 +117,13 @@ class Calibration:
                 across = np.hypot(x, y)
                 on_axis = np.where(z > 0.0, 1.0 / z, np.nan)  # limit θ / sin θ · 1/|P| on the optical axis
                 scale = np.where(across > 0.0, np.arctan2(across, z) / across, on_axis)
-        pixels = np.stack([self.fx * scale * x + self.cx, self.fy * scale * y + self.cy], axis=1)
-        with np.errstate(invalid="ignore"):
+            plane = np.stack([scale * x, scale * y], axis=1)
+            pixels = self._distortion(plane)[0] * (self.fx, self.fy) + (self.cx, self.cy)
             low = (pixels >= -0.5).all(axis=1)
             valid = low & (pixels[:, 0] < self.width - 0.5) & (pixels[:, 1] < self.height - 0.5)
+            # far outside the picture the polynomials lead back into it
+            farthest = np.hypot(*self._plane_of_edge.T).max()
+            valid &= np.hypot(*plane.T) <= farthest * (1.0 + 1e-3)
         return pixels, valid
 
     def floor_points(self, pixels: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -152,13 +163,27 @@ class Calibration:
         rays.setflags(write=False)
         return rays
 
-    def _normalised(self, pixels: ArrayLike) -> FloatArray:
+    @cached_property
+    def _distortion(self) -> Distortion:
+        return Distortion.of(self.model, self.distortion)
+
+    def _plane(self, pixels: ArrayLike) -> FloatArray:
+        """(n, 2): tangents or, of a fisheye, angles of the pixels' directions."""
         uv = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
-        return (uv - (self.cx, self.cy)) / (self.fx, self.fy)
+        return self._distortion.inverse((uv - (self.cx, self.cy)) / (self.fx, self.fy))
+
+    @cached_property
+    def _plane_of_edge(self) -> FloatArray:
+        """(n, 2): the same of points along the picture's outline."""
+        along = np.linspace(0.0, 1.0, 65)
+        sides = [(along, 0 * along), (along, 0 * along + 1), (0 * along, along), (0 * along + 1, along)]
+        edge = np.concatenate([np.stack(side, axis=1) for side in sides])
+        return self._plane(edge * (self.width, self.height) - 0.5)
 
     def _ray_jacobian(self, pixels: ArrayLike) -> FloatArray:
         """(n, 3, 2): d(ray)/d(pixel); the pinhole's up to a part along the ray, unseen on the floor."""
-        x, y = self._normalised(pixels).T
+        plane = self._plane(pixels)
+        x, y = plane.T
         zero, one = np.zeros_like(x), np.ones_like(x)
         if self.model == "pinhole":
             length = np.sqrt(x * x + y * y + 1.0)
@@ -181,11 +206,12 @@ class Calibration:
                 ],
                 axis=1,
             ).reshape(-1, 3, 2)
-        return columns / np.array([self.fx, self.fy])
+        undistorting = np.linalg.inv(self._distortion(plane)[1]) / np.array([self.fx, self.fy])
+        return columns @ undistorting
 
 
 def mounted(
-    model: Model = "equidistant",
+    model: Model = "fisheye",
     width: int = 320,
     height: int = 240,
     fov_deg: float = 150.0,
@@ -193,20 +219,18 @@ def mounted(
     forward_m: float = 0.0,
     pitch_deg: float = 25.0,
 ) -> Calibration:
-    """A camera with square pixels and a centred principal point, looking forward and down.
+    """A camera with square pixels, a centred principal point and no distortion, looking forward and down.
 
     The defaults are the robot's camera: Table 4-1's 320 × 240 picture and ±75° field of view.
 
     Parameters
     ----------
-    model : "equidistant" | "pinhole"
+    model : "fisheye" | "pinhole"
     width, height : int, pixels
     fov_deg : float
         Horizontal field of view across the whole picture, degrees; a pinhole's below 180.
-    height_m, forward_m : float
-        Of the optical centre above the floor and ahead of the robot's origin, metres.
-    pitch_deg : float
-        Downward tilt of the optical axis, degrees.
+    height_m, forward_m, pitch_deg : float
+        See `mounting`.
 
     Raises
     ------
@@ -215,19 +239,35 @@ def mounted(
     """
     if not 0.0 < fov_deg < (180.0 if model == "pinhole" else 360.0):
         raise VslamError(f"calibration: a {model} camera cannot see {fov_deg}° across")
+    half = np.radians(fov_deg) / 2.0
+    focal = float(width / 2.0 / (np.tan(half) if model == "pinhole" else half))
+    pose = mounting(height_m, forward_m, pitch_deg)
+    return Calibration(model, width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, pose)
+
+
+def mounting(height_m: float = 1.2, forward_m: float = 0.0, pitch_deg: float = 25.0) -> FloatArray:
+    """(4, 4) float64: maps coordinates of a camera that looks forward and down to the robot's.
+
+    Parameters
+    ----------
+    height_m, forward_m : float
+        Of the optical centre above the floor and ahead of the robot's origin, metres.
+    pitch_deg : float
+        Downward tilt of the optical axis, degrees.
+
+    Raises
+    ------
+    VslamError
+        For a camera at or below the floor.
+    """
     if not height_m > 0.0:
         raise VslamError(f"calibration: camera height must be above the floor, not {height_m} m")
-    half = np.radians(fov_deg) / 2.0
-    focal = width / 2.0 / (np.tan(half) if model == "pinhole" else half)
     c, s = np.cos(np.radians(pitch_deg)), np.sin(np.radians(pitch_deg))
-    pose = np.array(
+    return np.array(
         [
             [0.0, -s, c, forward_m],
             [-1.0, 0.0, 0.0, 0.0],
             [0.0, -c, -s, height_m],
             [0.0, 0.0, 0.0, 1.0],
         ]
-    )
-    return Calibration(
-        model, width, height, float(focal), float(focal), (width - 1) / 2.0, (height - 1) / 2.0, pose
     )

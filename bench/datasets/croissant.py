@@ -32,7 +32,9 @@ _TYPES = {
     **dict.fromkeys(("sequence", "split", "scene", "illumination"), "sc:Text"),
     "frame": "sc:Integer",
     **dict.fromkeys(("stamp_s", "x_m", "y_m", "heading_rad", "exposure_s"), "sc:Float"),
-    **dict.fromkeys(("white_r", "white_g", "white_b", "highlight_share", "saturated_share"), "sc:Float"),
+    **dict.fromkeys(
+        ("gain_db", "white_r", "white_g", "white_b", "highlight_share", "saturated_share"), "sc:Float"
+    ),
 }
 _MEDIA = {".png": "image/png", ".exr": "image/x-exr"}
 

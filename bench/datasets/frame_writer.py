@@ -73,6 +73,7 @@ class FrameWriter:
             stamp_s=picture.stamp_s,
             pose=tuple(self._sequence.scene.tour.poses[picture.frame].tolist()),
             exposure_s=float(recording.exposure.seconds),
+            gain_db=float(recording.exposure.gain_db),
             white_balance=tuple(float(gain) for gain in recording.exposure.white_balance),
             highlight_share=float(recording.highlight.mean()),
             saturated_share=float(recording.saturated.mean()),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from bench.sequences.rendered import RenderedSequence, SequenceSetup
 FORMAT = "glarebench data set 1"
 COLUMNS = (
     *("sequence", "split", "scene", "illumination", "frame", "stamp_s", "x_m", "y_m", "heading_rad"),
-    *("exposure_s", "white_r", "white_g", "white_b", "highlight_share", "saturated_share"),
+    *("exposure_s", "gain_db", "white_r", "white_g", "white_b", "highlight_share", "saturated_share"),
 )
 """Of ``frames.csv``; one more per layout, with the path of its picture."""
 
@@ -74,7 +75,7 @@ def _table(request: Request, journal: Journal) -> Iterator[str]:
         place = sequence.place
         labels = [sequence.name, place.split, place.study.scene.name, sequence.illumination.name]
         for row in journal.rows(sequence.name):
-            numbers = [row.stamp_s, *row.pose, row.exposure_s, *row.white_balance]
+            numbers = [row.stamp_s, *row.pose, row.exposure_s, row.gain_db, *row.white_balance]
             numbers += [row.highlight_share, row.saturated_share]
             paths = [row.layouts[layout].files[0].path for layout in request.layouts]
             yield ",".join([*labels, str(row.frame), *map(repr, numbers), *paths]) + "\n"
@@ -115,7 +116,7 @@ def _sequence(sequence: Sequence) -> dict[str, Any]:
         "name": sequence.name,
         "split": place.split,
         "scene": place.study.scene.model_dump(mode="json"),
-        "illumination": vars(sequence.illumination),
+        "illumination": asdict(sequence.illumination),
         "frames": place.frames,
     }
 

@@ -161,6 +161,7 @@ class Row:
     stamp_s: float
     pose: tuple[float, ...]
     exposure_s: float
+    gain_db: float
     white_balance: tuple[float, ...]
     highlight_share: float
     saturated_share: float

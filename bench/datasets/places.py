@@ -8,7 +8,7 @@ from bench import catalogue
 from bench.datasets.model import NO_SPLIT, SPLITS, Place
 from bench.errors import unknown_name
 from bench.rng import generator
-from bench.sequences.rendered import load_scene
+from bench.sequences.lighting import load_scene
 from bench.study_model import RenderedStudy, SceneChoice
 
 
@@ -51,9 +51,10 @@ def _places(
 
 
 def _choice(wanted: SceneChoice, scene: str, split: str) -> SceneChoice:
-    """A builder's parameters are its own: another scene of the study takes its defaults."""
-    parameters = wanted.parameters if scene == wanted.name else {}
+    """Parameters and lamps are of one scene: another one takes its own."""
     seed = wanted.seed
     if split != NO_SPLIT:
         seed = int(generator(wanted.seed, "split", split).integers(2**31))
-    return SceneChoice(name=scene, seed=seed, parameters=parameters)
+    if scene == wanted.name:
+        return wanted.model_copy(update={"seed": seed})
+    return SceneChoice(name=scene, seed=seed)

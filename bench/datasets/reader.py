@@ -73,7 +73,7 @@ class PictureSet:
             x, y, heading) and what the layout holds:
 
             - tum: ``image`` (H, W, 3) uint8 sRGB, ``depth`` (H, W) float32 metres, ``mask`` (H, W) bool,
-              ``diffuse`` and ``specular`` (H, W, 3) float32, linear, 1 = full well;
+              ``diffuse`` and ``specular`` (H, W, 3) float32, linear, 1 = where the sensor clips;
             - exr, exr-float: ``full``, ``diffuse``, ``specular`` (H, W, 3) float32 cd/m², ``depth``;
             - raw: ``raw`` int32; euroc, coco: ``image``.
 

@@ -1,9 +1,11 @@
-"""Which of a scene's lamps burn under an illumination, and no more layers of light than that needs."""
+"""What a scene's lamps are, which of them burn under an illumination, and no more layers than that needs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,10 @@ from numpy.typing import NDArray
 from bench.errors import unknown_name
 from bench.illumination_grid import Illumination
 from bench.rng import generator
+from bench.study_model import LampChoice
 from scenes.model import Scene
+from scenes.photometry import Photometry
+from scenes.photometry_ies import read_ies
 
 Lamps = NDArray[np.bool_]
 
@@ -68,6 +73,26 @@ def split(scene: Scene, states: Sequence[Lamps]) -> Scene:
         number = known.index(pattern)
         bulbs.append(replace(bulb, group=f"{bulb.group}/{number}") if number else bulb)
     return replace(scene, bulbs=tuple(bulbs))
+
+
+def fitted(scene: Scene, choice: LampChoice) -> Scene:
+    """The scene with every lamp as the study has it.
+
+    Raises
+    ------
+    SceneError
+        For an IES file that cannot be read, with its line, or an impossible spot.
+    """
+    changes: dict[str, Any] = {}
+    if choice.ies is not None:
+        changes["photometry"] = read_ies(Path(choice.ies))
+    if choice.spot is not None:
+        changes["photometry"] = Photometry.spot(choice.spot.inner_deg, choice.spot.outer_deg)
+    if choice.radius_m is not None:
+        changes["radius"] = choice.radius_m
+    if choice.illuminant is not None:
+        changes["illuminant"] = choice.illuminant
+    return replace(scene, bulbs=tuple(replace(bulb, **changes) for bulb in scene.bulbs)) if changes else scene
 
 
 def flicker(illumination: Illumination, stamp_s: float) -> float:

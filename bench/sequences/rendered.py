@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -10,24 +10,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.camera_choice import camera
 from bench.rng import generator
-from bench.sequences import lamps
+from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
-from renderers.camera import Camera, Fisheye, Mount, Pinhole
-from renderers.illuminant import linear_srgb
+from renderers.camera import Mount
 from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
-from renderers.sensor_presets import PRESETS
+from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
-from scenes import library
-from scenes.model import Scene
-from vslam.camera import Calibration, mounted
+from vslam.camera import Calibration, mounting
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
-Colours = dict[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -38,8 +35,8 @@ class SequenceSetup:
     ----------
     engine : str
         "rasterise" or "raycast", already resolved.
-    colours : dict of layer to (3,) float64
-        Linear sRGB of each layer's light.
+    colours : dict of illuminant to (3,) float64
+        Linear sRGB of each illuminant of the study (`bench.sequences.lighting.light_colours`).
     threads : int
         Of the ray caster in this process, 0 for all cores.
     cache : Path, optional
@@ -66,7 +63,7 @@ class RenderedSequence:
     def __init__(self, setup: SequenceSetup) -> None:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
-        self._as_built = _as_built(setup.study)
+        self._lighting = Lighting(setup.study, self.scene, as_built(setup.study), setup.colours)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
         self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
 
@@ -78,7 +75,7 @@ class RenderedSequence:
         """The renderer of the scene; its baked light is made, or read from the cache, at first use."""
         return SceneRenderer(
             self.scene,
-            camera(self.study),
+            camera(self.study.camera),
             self._mount,
             self._setup.engine,
             self.study.camera.supersampling,
@@ -90,7 +87,7 @@ class RenderedSequence:
     def basis(self, frame: int) -> LightBasis:
         """The light basis at a frame's true pose, behind the camera's lens."""
         basis = self.renderer.render(self.scene.tour.poses[frame])
-        return basis_through_lens(self._optics, camera(self.study), basis)
+        return basis_through_lens(self._optics, camera(self.study.camera), basis)
 
     def relight(
         self, basis: LightBasis, illumination: Illumination, frame: int = 0
@@ -99,16 +96,18 @@ class RenderedSequence:
 
         The frame matters where lamps flicker.
         """
-        return relight(basis, self._intensity(illumination, frame), self._setup.colours)
+        lighting = self._lighting
+        return relight(basis, lighting.intensity(illumination, frame), lighting.colour(illumination))
 
     def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
         """Take the picture of a frame under an illumination."""
         diffuse, specular = self.relight(basis, illumination, frame)
+        lighting = self._lighting
         return record(
             self.sensor,
             diffuse,
             specular,
-            mean_white(basis, self._intensity(illumination, frame), self._setup.colours),
+            mean_white(basis, lighting.intensity(illumination, frame), lighting.colour(illumination)),
             generator(self.study.seed, "sensor", illumination.name, frame),
             self.study.sensor.highlight_threshold,
         )
@@ -121,86 +120,31 @@ class RenderedSequence:
         reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
 
-    def _intensity(self, illumination: Illumination, frame: int) -> dict[str, float]:
-        lumen = illumination.bulb_lm * lamps.flicker(illumination, float(self.scene.tour.stamps[frame]))
-        on = lamps.burning(self._as_built, illumination, self.study.seed)
-        bulbs = {bulb.group: lumen * burns for bulb, burns in zip(self.scene.bulbs, on, strict=True)}
-        return {
-            self.scene.sun.name: illumination.sun_lux,
-            self.scene.sky.name: illumination.sky_lux,
-            **bulbs,
-        }
-
-
-def load_scene(study: RenderedStudy) -> Scene:
-    """The study's scene with the study's tour, and its lamps in as many layers as the study switches.
-
-    Raises
-    ------
-    BenchError
-        If the study switches a lamp that the scene does not have.
-    """
-    scene = _as_built(study)
-    states = [lamps.burning(scene, light, study.seed) for light in study.illuminations.grid()]
-    return lamps.split(scene, states)
-
-
-def _as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's own groups of lamps."""
-    return library.load(
-        study.scene.name,
-        **{
-            "seed": study.scene.seed,
-            "speed_mps": study.tour.speed_mps,
-            "frame_interval_s": study.tour.frame_interval_s,
-            **study.scene.parameters,
-        },
-    )
-
-
-def light_colours(scene: Scene, cache: Path | None = None) -> Colours:
-    """The colour of each layer of a scene's light, (3,) linear sRGB, luminance-normalised.
-
-    With a ``cache`` folder the answers of colour-science are kept there, as its import takes seconds.
-    """
-    bulbs = {bulb.group: linear_srgb(bulb.illuminant, cache) for bulb in scene.bulbs}
-    return {
-        scene.sun.name: linear_srgb(scene.sun.illuminant, cache),
-        scene.sky.name: linear_srgb(scene.sky.illuminant, cache),
-        **bulbs,
-    }
-
-
-def camera(study: RenderedStudy) -> Camera:
-    """The camera that the renderer looks through."""
-    choice = study.camera
-    model = Fisheye if choice.model == "fisheye" else Pinhole
-    return model(choice.width, choice.height, choice.fov_deg)
-
 
 def calibration(study: RenderedStudy) -> Calibration:
     """What the robot knows of its camera."""
     choice = study.camera
-    return mounted(
-        "equidistant" if choice.model == "fisheye" else "pinhole",
+    return Calibration(
+        choice.model,
         choice.width,
         choice.height,
-        choice.fov_deg,
-        choice.height_m,
-        0.0,
-        choice.pitch_deg,
+        **vars(camera(choice).intrinsics),
+        T_robot_camera=mounting(choice.height_m, 0.0, choice.pitch_deg),
+        distortion=choice.distortion,
     )
 
 
 def sensor(study: RenderedStudy) -> Sensor:
     """The study's sensor."""
     choice = study.sensor
-    sheet = {name: getattr(choice, name) for name in PRESETS[choice.preset]}
+    sheet = {field.name: getattr(choice, field.name) for field in fields(Sheet)}
     return Sensor(
         **sheet,
         min_exposure_s=choice.min_exposure_s,
         max_exposure_s=choice.max_exposure_s,
         exposure_s=None if choice.exposure == "auto" else choice.exposure,
+        gain_db=choice.gain_db,
+        max_gain_db=choice.max_gain_db,
         metering=choice.metering,
         metering_target=choice.target,
         serial_number=int(generator(study.seed, "fixed patterns").integers(2**63)),

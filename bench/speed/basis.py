@@ -19,8 +19,8 @@ from bench.speed import stage
 from bench.speed.model import Benchmark, Configuration, Sides
 from renderers.camera import T_world_robot
 from renderers.gbuffer import View, fill
-from renderers.lights import OFFSET_M, DirectLight, unit_lights
-from renderers.mesh import NOTHING, RayCaster, SceneMesh, build_mesh
+from renderers.lights import DirectLight, unit_lights
+from renderers.mesh import RayCaster, SceneMesh, build_mesh
 from renderers.raycast import RaycastEngine
 from renderers.shadows import visible_shares
 from scenes.model import Scene
@@ -65,13 +65,11 @@ def rays_of(place: Scene, configuration: Configuration, pose: NDArray[np.float64
     rays = RayList(np.hstack([np.broadcast_to(view.origin, directions.shape), directions]))
     caster = _NotingCaster(mesh, rays.shadow)
     gbuffer = fill(mesh, view, RaycastEngine(caster))
-    seen = gbuffer.triangle != NOTHING
-    normals = np.ascontiguousarray(gbuffer.normal[seen])
-    points = gbuffer.position[seen] + np.float32(OFFSET_M) * normals
+    points, normals = gbuffer.position.reshape(-1, 3), gbuffer.normal.reshape(-1, 3)
     for layer in unit_lights(place).values():
         direct = [light for light in layer if isinstance(light, DirectLight)]
         lux = [light.arriving(points, normals)[1] for light in direct]
-        visible_shares(direct, lux, points, normals, caster, np.flatnonzero(seen), seen.shape)
+        visible_shares(direct, lux, points, normals, caster, gbuffer.surface.shape)
     return rays
 
 

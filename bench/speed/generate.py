@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from bench.datasets.frame_writer import Job, write_frame
 from bench.pictures import encode_png, read_png
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.lighting import light_colours
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.speed import stage
 from bench.speed.model import Benchmark, Configuration, Sides
 from bench.study_model import RenderedStudy
@@ -50,7 +51,7 @@ def job(configuration: Configuration, root: Path) -> Job:
             "illuminations": {"sun_lux": {"log": [100, 100_000], "steps": count}, "bulb_lm": [800]},
         }
     )
-    colours = light_colours(load_scene(study), configuration.cache)
+    colours = light_colours(study, configuration.cache)
     setup = SequenceSetup(
         study, choose_engine("auto").name, colours, 1, configuration.cache, stage.quality(configuration)
     )

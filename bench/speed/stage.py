@@ -62,7 +62,7 @@ def lights(place: Scene, count: int) -> list[dict[str, float]]:
     suns = np.geomspace(100.0, 100_000.0, count)
     return [
         {
-            place.sun.name: float(sun),
+            place.suns[0].name: float(sun),
             place.sky.name: float(sun * SKY_PER_SUN),
             **{bulb.group: float(lumen) for bulb, lumen in zip(place.bulbs, row, strict=True)},
         }

@@ -50,7 +50,7 @@ class StockRenderer:
         ]
         self._renderer = pyrender.OffscreenRenderer(camera.width, camera.height)
         self._flags = pyrender.RenderFlags.SHADOWS_DIRECTIONAL | pyrender.RenderFlags.SKIP_CULL_FACES
-        self._sky, self._sun = place.sky.name, place.sun.name
+        self._sky, self._sun = place.sky.name, place.suns[0].name
 
     def render(
         self, pose: NDArray[np.float64], intensity: dict[str, float]
@@ -95,7 +95,8 @@ class StockRenderer:
         pyrender = self._pyrender
         scene = pyrender.Scene(bg_color=[0.0, 0.0, 0.0, 0.0])
         scene.add(pyrender.Mesh([self._primitive(part, *kind, glossy) for part, kind in _merged(place)]))
-        nodes = {place.sun.name: scene.add(pyrender.DirectionalLight(), pose=_looking(-place.sun.direction))}
+        sun = place.suns[0]
+        nodes = {sun.name: scene.add(pyrender.DirectionalLight(), pose=_looking(-sun.direction))}
         for k, bulb in enumerate(place.bulbs):
             pose = _looking(np.array([0.0, 0.0, -1.0]))
             pose[:3, 3] = bulb.position

@@ -13,6 +13,7 @@ from bench.errors import BenchError
 from bench.study import load
 
 COMMANDS = ("run", "generate", "list", "doctor", "fetch", "report", "speed")
+BAD_IES = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 ninety\n0\n100 50 0\n"
 HEAVY = ("open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas", "pyarrow", "numba", "scipy", "cv2")
 
 
@@ -110,10 +111,32 @@ def test_what_the_user_can_mend_is_one_line(capsys, tmp_path, monkeypatch, argum
         ("slam: {backend: efk}", "'efk': did you mean 'ekf'?"),
         ("slam: {association: incn}", "'incn': did you mean 'icnn'?"),
         ("sensor: {fullwell_e: 1}", "sensor.fullwell_e: unknown key: did you mean 'full_well_e'"),
+        ("illuminations: {sun_lux: [-1]}", "sun_lux.0: should be greater than or equal to 0, not -1\n"),
+        ("illuminations: {bulb_lm: [.nan]}", "bulb_lm.0: should be a finite number, not nan\n"),
+        ("illuminations: {sky_per_sun: -.inf}", "sky_per_sun: should be a finite number, not -inf"),
+        ("illuminations: {bulb_lm: []}", "bulb_lm: should hold at least one entry, not []"),
+        (
+            "illuminations: {lamps: [{name: x, illuminant: FL22}]}",
+            "unknown illuminant 'FL22'; did you mean FL2,",
+        ),
+        ("illuminations: {sun_illuminant: D66}", "unknown illuminant 'D66'; did you mean D65"),
+        ("scene: {lamps: {illuminant: 100K}}", "colour temperature 100 K: must lie in 1667…25000 K"),
+        ("scene: {lamps: {ies: bad.ies}}", "bad.ies, line 5: 'ninety' is not a number (vertical angles)"),
+        ("scene: {lamps: {ies: nowhere.ies}}", "nowhere.ies: cannot be read (No such file or directory)"),
+        ("scene: {lamps: {spot: {inner_deg: 40, outer_deg: 20}}}", "spot: needs 0 ≤ inner < outer ≤ 180"),
+        (
+            "scene: {lamps: {ies: bad.ies, spot: {inner_deg: 1, outer_deg: 9}}}",
+            "ies and spot both shape the light; leave one out",
+        ),
+        ("scene: {parameters: {laps: .nan}}", "length nan m not negative"),
+        ("camera: {fov_deg: 400}", "camera.fov_deg: should be less than 360, not 400"),
+        ("camera: {model: pinhole, fov_deg: 180}", "a pinhole camera needs less than 180"),
+        ("camera: {height_m: -1}", "camera.height_m: should be greater than 0, not -1"),
     ],
 )
 def test_a_study_is_refused_before_anything_is_rendered(capsys, tmp_path, monkeypatch, body, expected):
     monkeypatch.chdir(tmp_path)
+    Path("bad.ies").write_text(BAD_IES)
     Path("mine.yaml").write_text(f"sequence: rendered\nname: mine\n{body}\n")
     assert expected in complaint(capsys, "run", "--study", "mine.yaml")
     assert not Path("results").exists()
@@ -158,4 +181,4 @@ def test_as_a_program():
     done = bench("run", "--study", "quik")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: unknown study 'quik': did you mean 'quick'?\n"
-    assert bench("list", "studies").stdout.startswith("dlr ")
+    assert bench("list", "studies").stdout.startswith("daylight ")

@@ -272,7 +272,7 @@ def build(seed=0, speed_mps=0.93, frame_interval_s=0.5):
     discs = tuple(Landmark(k, tuple(p), 0.15, white=k < 2) for k, p in enumerate(places.tolist()))
     way = rounded_loop(np.array([[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0]]), radius=0.5)
     tour = drive(way, 0.0, 12.0, speed_mps, frame_interval_s)
-    return Scene("hall", (floor,), discs, Sun(180, 40, 20_000), Sky(2_500), (Bulb((4, 4, 2.5), 800),),
+    return Scene("hall", (floor,), discs, (Sun(180, 40, 20_000),), Sky(2_500), (Bulb((4, 4, 2.5), 800),),
                  tour, "floor", (0.85,) * 3, (0.03,) * 3, (0, 0, 8, 8))
 """
 

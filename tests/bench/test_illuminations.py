@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from bench.errors import BenchError
 from bench.illumination_grid import Illumination
 from bench.sequences import lamps
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, light_colours, load_scene
+from bench.sequences.lighting import load_scene
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import RenderedStudy, dump, load, parse
 from renderers.basis import LightBasis, SceneRenderer
 from renderers.camera import Mount, Pinhole
@@ -148,7 +149,7 @@ def switched():
         "{name: flicker, flicker: {frequency_hz: 0.3, depth: 0.5}}]}"
     )
     scene = load_scene(own)
-    colours = {name: np.ones(3) for name in ("sun", "sky", *(b.group for b in scene.bulbs))}
+    colours = {name: np.ones(3) for name in ("D55", "D75", "LED-B3")}
     sequence = RenderedSequence(SequenceSetup(own, "raycast", colours, 1, None))
     renderer = SceneRenderer(scene, Pinhole(32, 24, 90), Mount(), threads=1, quality=BakeQuality(64, 16, 1))
     cells = {(cell.sun_lux, cell.lamps): cell for cell in own.illuminations.grid()}
@@ -190,13 +191,6 @@ def test_flicker_follows_the_stamp(switched):
     bright, dark = (sequence.record(basis, cells[0, "flicker"], frame) for frame in (0, 4))
     assert bright.exposure.seconds == dark.exposure.seconds  # the longest: neither is exposed as metered
     assert bright.full.mean() > 1.3 * dark.full.mean()
-
-
-def test_the_layers_have_the_colour_of_their_group():
-    scene = load_scene(study(ALL + "{name: one, only: [lamp-1]}]}"))
-    colours = light_colours(scene)
-    assert set(colours) == {"sun", "sky", "bulbs", "bulbs/1"}
-    assert (colours["bulbs"] == colours["bulbs/1"]).all()
 
 
 @pytest.mark.parametrize(
@@ -272,5 +266,5 @@ def test_what_is_wrong_is_one_line(illuminations, expected):
 
 def test_reports_name_the_lamps_where_they_do_not_all_burn():
     cells = study(ALL + "{name: half, broken: 0.5}]}").illuminations.grid()
-    labels = [ReportedLight(cell.sun_lux, cell.bulb_lm, cell.name).label for cell in cells]
+    labels = [ReportedLight.of(cell.labels()).label for cell in cells]
     assert labels[2:] == ["sun 20 klx, bulbs 400 lm", "sun 20 klx, bulbs 400 lm, lamps half"]

@@ -15,12 +15,11 @@ from bench.options import RunOptions
 from bench.perception import make_filter
 from bench.progress import Silent
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
+from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import (
     RenderedSequence,
     SequenceSetup,
     calibration,
-    light_colours,
-    load_scene,
     odometry,
 )
 from bench.store import read
@@ -104,7 +103,7 @@ def test_the_five_phase_pipeline_is_what_the_run_did(
     run_dir: Path, short_study: RenderedStudy, cache_home: Path
 ) -> None:
     scene = load_scene(short_study)
-    setup = SequenceSetup(short_study, "raycast", light_colours(scene), 0, cache_home / "glarebench")
+    setup = SequenceSetup(short_study, "raycast", light_colours(short_study), 0, cache_home / "glarebench")
     sequence = RenderedSequence(setup)
     illumination = short_study.illuminations.grid()[-1]
     bases = [sequence.basis(k) for k in range(len(sequence))]
@@ -164,7 +163,7 @@ def test_under_automatic_exposure_brighter_bulbs_alone_still_mean_more_highlight
             "illuminations": {"sun_lux": [0], "bulb_lm": [100, 400, 1600]},
         }
     )
-    setup = SequenceSetup(study, "raycast", light_colours(load_scene(study)), 0, cache_home / "glarebench")
+    setup = SequenceSetup(study, "raycast", light_colours(study), 0, cache_home / "glarebench")
     sequence = RenderedSequence(setup)
     basis = sequence.basis(0)
     shares = [sequence.record(basis, i, 0).highlight.mean() for i in study.illuminations.grid()]

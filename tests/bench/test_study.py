@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.camera_choice import camera
 from bench.errors import BenchError
+from bench.sequences.rendered import calibration
 from bench.study import DlrStudy, RenderedStudy, dump, load, names, parse
 
 HEAD = "sequence: rendered\nname: mine\n"
@@ -38,6 +41,25 @@ def test_the_grid_is_every_sun_with_every_bulb():
     # ASTM G-173: 12 klx of sky beside 97 klx of sun; and no sky at night
     assert bright.sky_lux == pytest.approx(12_000, rel=0.01)
     assert night.sky_lux == 0
+
+
+CALIBRATED = """camera:
+  model: pinhole
+  width: 768
+  height: 288
+  intrinsics: {fx: 470.1, fy: 257.2, cx: 382.4, cy: 144.2}
+  distortion: [-0.25, 0.11, 0, 0]
+"""
+
+
+def test_a_camera_by_its_calibration():
+    """Renderer and robot share the numbers; a study that is written out and read again is the same."""
+    study = parse(HEAD + CALIBRATED, "x")
+    assert parse(dump(study), "again") == study
+    assert study.camera.fov_deg is None
+    seen, known = camera(study.camera), calibration(study)
+    pixels = np.array([[0.0, 0.0], [767.0, 287.0], [100.5, 200.25]])
+    np.testing.assert_allclose(seen.unproject(pixels), known.unproject(pixels), atol=1e-12)
 
 
 def test_quick_sweeps_sun_and_bulbs():
@@ -99,8 +121,28 @@ def test_studies_are_immutable():
         ("camera: {model: fish}", "camera.model: should be 'fisheye' or 'pinhole', not 'fish'"),
         (
             "camera: {model: pinhole, fov_deg: 180}",
-            "camera: fov_deg 180: a pinhole camera needs less than 180",
+            "camera: 180.0° across: the field of view of a pinhole must lie above 0° and below 180°",
         ),
+        ("camera: {fov_deg: 0}", "camera.fov_deg: should be greater than 0, not 0"),
+        ("camera: {fov_deg: .nan}", "camera.fov_deg: should be a finite number, not nan"),
+        ("camera: {width: -320}", "camera.width: should be greater than or equal to 16, not -320"),
+        (
+            "camera: {distortion: [0.1]}",
+            "camera: distortion of a fisheye is 0 or 4 finite numbers in OpenCV's",
+        ),
+        ("camera: {distortion: [.nan, 0, 0, 0]}", "camera.distortion.0: should be a finite number, not nan"),
+        ("camera: {distortion: 3}", "camera.distortion: should be a list, not 3"),
+        (
+            "camera: {model: pinhole, fov_deg: 90, distortion: [-0.3, 0, 0, 0]}",
+            "camera: camera 320 × 240: no direction has its image at (-0.5, -0.5), as this pinhole's "
+            "distortion [-0.3, 0.0, 0.0, 0.0] folds inside the picture",
+        ),
+        ("camera: {fov_deg: 90, intrinsics: {fx: 9, fy: 9, cx: 9, cy: 9}}", "camera: give either fov_deg or"),
+        (
+            "camera: {intrinsics: {fx: 0, fy: 9, cx: 9, cy: 9}}",
+            "camera.intrinsics.fx: should be greater than 0",
+        ),
+        ("camera: {intrinsics: {fx: 9, fy: 9, cx: 9}}", "camera.intrinsics.cy: is missing"),
         ("camera: fisheye", "camera: should be a mapping of keys and values, not 'fisheye'"),
         ("sensor: {exposure: fast}", "sensor.exposure: should be 'auto' or a number, not 'fast'"),
         ("sensor: {exposure: -1}", "sensor.exposure: should be 'auto' or greater than 0, not -1"),
@@ -108,7 +150,7 @@ def test_studies_are_immutable():
         ("sensor: {min_exposure_s: 2}", "sensor: min_exposure_s 2 exceeds max_exposure_s 0.033"),
         ("illuminations: {sun_lux: 5}", "illuminations.sun_lux: should be a list, not 5"),
         ("illuminations: {bulb_lm: []}", "illuminations.bulb_lm: "),
-        ("illuminations: {bulb_lm: [8, 8]}", "illuminations: sun_lux and bulb_lm: each value may stand once"),
+        ("illuminations: {bulb_lm: [8, 8]}", "illuminations: bulb_lm: 8 lm stands twice; each value may"),
         ("filters: [seed, seed]", "filters: the label 'seed' stands twice"),
         ("navigation: {pairs: 1.5}", "navigation.pairs: should be a whole number, not 1.5"),
         ("name: again", "not valid YAML: line 3, column 1: the key 'name' stands twice"),

@@ -35,7 +35,7 @@ def _scene(
         name="test",
         surfaces=surfaces,
         landmarks=tuple(landmarks),
-        sun=sun or Sun(azimuth_deg=180.0, elevation_deg=-30.0, lux=1.0),
+        suns=(sun or Sun(azimuth_deg=180.0, elevation_deg=-30.0, lux=1.0),),
         sky=Sky(lux=1.0),
         bulbs=tuple(bulbs),
         tour=Tour(np.zeros((1, 3)), np.zeros(1)),

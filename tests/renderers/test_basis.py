@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderers.basis import LightBasis, mean_white, relight
+from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Fisheye, Mount, Pinhole
 from renderers.errors import RendererError
+from renderers.irradiance import BakeQuality
 from renderers.lights import HORIZON_Z
 from renderers.lobe_albedo import albedo_table, directional_albedo
 from renderers.raycast import RaycastEngine
@@ -194,6 +195,21 @@ def test_same_pose_same_bytes(renderer_of, scene_of, corner):
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
 
 
+def test_any_number_of_threads_gives_the_same_bytes(scene_of, corner):
+    sun = Sun(250.0, 40.0, 1.0)
+    scene = scene_of(*corner, bulbs=[LAMP_A, LAMP_B], landmarks=[Landmark(0, (0.0, 0.0), 0.1, True)], sun=sun)
+    wide = Pinhole(160, 120, 70.0)  # several blocks
+    quality = BakeQuality(64, 16, 1)
+    bases = []
+    for threads in (1, 2, 5):
+        renderer = SceneRenderer(scene, wide, MOUNT, threads=threads, quality=quality)
+        bases.append(renderer.render(POSE))
+        renderer.close()
+    for other in bases[1:]:
+        for name in ("diffuse", "specular", "depth", "surface", "landmark", "visible_share"):
+            assert getattr(bases[0], name).tobytes() == getattr(other, name).tobytes()
+
+
 def test_world_turned_with_the_robot_looks_the_same(renderer_of, scene_of, floor):
     """Light from the bulb straight above does not depend on heading."""
     scene = scene_of(floor(8.0, cell=16.0), bulbs=[Bulb((0, 0, 2), 1.0, radius=1e-3)])
@@ -218,6 +234,17 @@ class TestRelight:
         diffuse, specular = relight(basis, {**off, "a": 10.0}, colour)
         np.testing.assert_allclose(diffuse, layer(basis, "a")[0] * [20.0, 10.0, 5.0], rtol=1e-6)
         np.testing.assert_allclose(specular, layer(basis, "a")[1] * [20.0, 10.0, 5.0], rtol=1e-6)
+
+    @pytest.mark.parametrize("count", [1, 2, 3, 8])
+    def test_sums_any_number_of_layers(self, count):
+        rng = np.random.default_rng(count)
+        parts = rng.random((2, count, 5, 7, 3), dtype=np.float32)
+        none, names = np.zeros((5, 7)), tuple("abcdefgh"[:count])
+        intensity = dict(zip(names, rng.uniform(0, 9, count), strict=True))
+        colour = {name: rng.uniform(0.5, 1.5, 3) for name in names}
+        weights = np.array([intensity[name] * colour[name] for name in names])
+        lit = relight(LightBasis(names, *parts, none, none, none, none), intensity, colour)
+        np.testing.assert_allclose(lit, np.einsum("plhwc,lc->phwc", parts, weights), rtol=1e-5)
 
     def test_no_light_is_black(self, basis):
         diffuse, specular = relight(basis, dict.fromkeys(basis.layers, 0.0), colours(basis))

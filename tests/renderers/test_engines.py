@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from renderers.camera import Fisheye, Mount, Pinhole, T_world_robot
+from renderers.camera import Fisheye, Intrinsics, Mount, Pinhole, T_world_robot
 from renderers.engine import NAMES, choose_engine, make_engine, probe_osmesa
 from renderers.errors import RendererError
 from renderers.gbuffer import View, fill
@@ -28,7 +28,15 @@ def osmesa_missing():
 NO_OSMESA = osmesa_missing()
 needs_osmesa = pytest.mark.skipif(bool(NO_OSMESA), reason=NO_OSMESA or "OSMesa is there")
 
-CAMERAS = {"pinhole": Pinhole(320, 240, 90.0), "fisheye": Fisheye(320, 240, 150.0)}
+CAMERAS = {
+    "pinhole": Pinhole(320, 240, 90.0),
+    "fisheye": Fisheye(320, 240, 150.0),
+    "barrel": Pinhole(320, 240, 90.0, (-0.2, 0.05, 1e-3, -1e-3, -0.005)),
+    "pincushion": Pinhole(320, 240, 70.0, (0.2, 0.05, 0.0, 0.0)),
+    "off-centre": Pinhole(320, 240, Intrinsics(240.0, 130.0, 150.3, 99.8), (-0.25, 0.11, 0.0, 0.0)),
+    "far to the side": Pinhole(320, 240, 175.0),
+    "Kannala-Brandt": Fisheye(320, 240, Intrinsics(125.0, 118.0, 163.0, 112.0), (0.04, -0.01, 2e-3, -1e-4)),
+}
 
 
 @pytest.fixture(scope="module")

@@ -48,6 +48,16 @@ def test_fisheye_falls_off_with_its_solid_angle():
     np.testing.assert_allclose(falloff(CAMERA)[..., 1], np.sinc(theta / np.pi), rtol=1e-3)
 
 
+def test_barrel_distortion_gives_the_edges_more_light():
+    """dΩ = cos³ θ dx dy on the plane z = 1, of which a pixel covers 1 / (f² r'(r) r' / r); times cos θ."""
+    camera = Pinhole(320, 240, 60.0, (-0.2, 0.05, 0.0, 0.0))
+    z = pixel_rays(camera)[..., 2]
+    s = 1 / z**2 - 1  # r²
+    expected = z**4 / ((1 - 0.2 * s + 0.05 * s**2) * (1 - 0.6 * s + 0.25 * s**2))
+    np.testing.assert_allclose(falloff(camera)[..., 0], expected, rtol=1e-3)
+    assert (falloff(camera)[0, 0] > 1.1 * falloff(Pinhole(320, 240, 60.0))[0, 0]).all()
+
+
 def test_lens_is_linear():
     """full = diffuse + specular holds behind the lens, for any weights."""
     one, other = noise(1), noise(2)

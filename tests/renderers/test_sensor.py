@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -226,7 +226,7 @@ class TestPresets:
     @pytest.mark.parametrize("name", list(PRESETS))
     def test_each_is_a_possible_sensor(self, name):
         sensor = preset(name)
-        assert all(getattr(sensor, key) == value for key, value in PRESETS[name].items())
+        assert all(getattr(sensor, key) == value for key, value in asdict(PRESETS[name]).items())
 
     def test_standard_is_the_default(self):
         assert preset("standard") == Sensor()

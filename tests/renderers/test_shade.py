@@ -140,10 +140,12 @@ def test_no_specular_layer_leaves_lambert():
 def test_ambient_light_is_split_by_the_lobes_albedo():
     one = np.ones(1, dtype=np.float32)
     up, colour = np.float32([[0, 0, 1]]), np.float32([[0.5, 0.5, 0.5]])
-    diffuse, shine = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.float32)
-    lux, mirrored = np.full((1, 3), np.pi, np.float32), np.full((1, 3), 2.0, np.float32)
+    lux = np.float32([[np.pi, np.pi, np.pi, 1, 2, 3]])  # of two layers
+    mirrored = np.float32([[2, 2, 2, 6, 5, 4]])
+    diffuse, shine = np.full((2, 2, 1, 3), 9, np.float32)
     shade_ambient(up, up, lux, mirrored, albedo_table(), colour, 0.3 * one, 0 * one, one, diffuse, shine)
     scale, bias = directional_albedo(albedo_table(), 1.0, 0.3)
     layer = 0.04 * scale + bias
-    np.testing.assert_allclose(diffuse, 0.5 * (1 - layer), rtol=1e-5)
-    np.testing.assert_allclose(shine, 2.0 * layer, rtol=1e-5)
+    expected = 0.5 * (1 - layer) * np.array([[1, 1, 1], [1 / np.pi, 2 / np.pi, 3 / np.pi]])
+    np.testing.assert_allclose(diffuse[:, 0], expected, rtol=1e-5)
+    np.testing.assert_allclose(shine[:, 0], layer * np.array([[2, 2, 2], [6, 5, 4]]), rtol=1e-5)

@@ -60,8 +60,10 @@ def frame_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                         dict(
                             scene="corridor",
                             illumination=f"sun{sun:g}-bulb{bulb:g}",
+                            time="",
                             sun_lux=sun,
                             bulb_lm=bulb,
+                            lamps="all",
                             frame=k,
                             filter=name,
                             engine="pyrender",
@@ -97,8 +99,10 @@ def run_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                     row = dict(
                         scene="corridor",
                         illumination=f"sun{sun:g}-bulb{bulb:g}",
+                        time="",
                         sun_lux=sun,
                         bulb_lm=bulb,
+                        lamps="all",
                         filter=name,
                         backend="ekf",
                         association="gated",
@@ -294,8 +298,10 @@ def write_dlr(folder: Path, steps: int = 300, landmarks: int = 576) -> Path:
             row = dict(
                 scene="dlr",
                 illumination="as_recorded",
+                time="",
                 sun_lux=np.nan,
                 bulb_lm=np.nan,
+                lamps="",
                 filter="none",
                 backend="ekf",
                 association=association,

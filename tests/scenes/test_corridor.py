@@ -104,7 +104,7 @@ def test_sun_reaches_the_corridor_through_its_windows_alone(corridor):
     grid = np.stack(np.meshgrid(np.arange(0.2, 20, 0.1), np.arange(0.2, 14, 0.1)), axis=-1)
     inner = (grid[..., 0] > 2.5) & (grid[..., 0] < 17.5) & (grid[..., 1] > 2.5) & (grid[..., 1] < 11.5)
     points = np.concatenate([grid, np.full((*grid.shape[:2], 1), 0.01)], axis=-1).astype(np.float32)
-    rays = np.broadcast_to(corridor.sun.direction.astype(np.float32), points.shape)
+    rays = np.broadcast_to(corridor.suns[0].direction.astype(np.float32), points.shape)
     lit = ~caster.occluded(points, rays) & ~inner
     south = grid[..., 1] < 2.5
     assert 0.1 < lit[south].mean() < 0.6

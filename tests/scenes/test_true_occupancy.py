@@ -98,9 +98,9 @@ def room_with(*things, start=(0.5, 0.5)):
     floor = surface("floor", GREY, rectangle((0, 0, 0), (4, 0, 0), (0, 3, 0)))
     tour = Tour(np.array([[*start, 0.0]]), np.zeros(1))
     surfaces = (floor, surface("wall", GREY, *walls), *things)
-    sun, sky = Sun(0.0, 45.0, 1.0), Sky(1.0)
+    suns, sky = (Sun(0.0, 45.0, 1.0),), Sky(1.0)
     return Scene(
-        "room", surfaces, (), sun, sky, (), tour, "floor", (1.0,) * 3, (0.0,) * 3, (0.0, 0.0, 4.0, 3.0)
+        "room", surfaces, (), suns, sky, (), tour, "floor", (1.0,) * 3, (0.0,) * 3, (0.0, 0.0, 4.0, 3.0)
     )
 
 

@@ -22,9 +22,9 @@ def room_depth(c: Calibration, wall_x: float, wall_bottom: float = 0.0, wall_top
     return np.where(np.isfinite(z) & (z > 0), z, 0.0).astype(np.float32)
 
 
-@pytest.mark.parametrize("model", ["equidistant", "pinhole"])
+@pytest.mark.parametrize("model", ["fisheye", "pinhole"])
 def test_wall_ahead_is_found_at_its_distance(model):
-    c = mounted(model, fov_deg=150.0 if model == "equidistant" else 90.0, forward_m=0.1)
+    c = mounted(model, fov_deg=150.0 if model == "fisheye" else 90.0, forward_m=0.1)
     s = scan(room_depth(c, wall_x=3.0), c)
     assert len(s.bearings) == 151
     np.testing.assert_allclose(np.degrees(s.bearings[[0, 75, 150]]), [-75, 0, 75], atol=1e-9)

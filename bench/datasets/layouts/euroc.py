@@ -3,7 +3,8 @@
 The body frame is the robot's (x forward, y left, z up, on the floor), so ``T_BS`` of the camera is
 ``T_robot_camera`` and the ground truth is ``T_world_robot``. There is no inertial unit: its biases are 0, and
 wheel odometry stands in ``odom0``, which EuRoC does not have. Time is nanoseconds since the start of the
-tour, 19 digits long as EuRoC's, so that names sort by time. Pictures have colour.
+tour, 19 digits long as EuRoC's, so that names sort by time. Pictures have colour. Distortion coefficients are
+OpenCV's, of which a pinhole's first four are EuRoC's.
 """
 
 from __future__ import annotations
@@ -106,7 +107,8 @@ def _odometry(track: Track, rows: Iterable[Row]) -> Iterator[str]:
 
 def _camera_yaml(track: Track) -> str:
     camera = track.calibration
-    models = {"pinhole": "radial-tangential", "equidistant": "equidistant"}
+    model = "equidistant" if camera.model == "fisheye" else "radial-tangential"
+    distortion = ", ".join(repr(float(k)) for k in camera.distortion or (0, 0, 0, 0))
     focal = f"{camera.fx:.9f}, {camera.fy:.9f}, {camera.cx:.9f}, {camera.cy:.9f}"
     return (
         _sensor_yaml("camera", track.sequence.scene.name, camera.T_robot_camera)
@@ -114,8 +116,8 @@ def _camera_yaml(track: Track) -> str:
         + f"resolution: [{camera.width}, {camera.height}]\n"
         + "camera_model: pinhole\n"
         + f"intrinsics: [{focal}] #fu, fv, cu, cv\n"
-        + f"distortion_model: {models[camera.model]}\n"
-        + "distortion_coefficients: [0.0, 0.0, 0.0, 0.0]\n"
+        + f"distortion_model: {model}\n"
+        + f"distortion_coefficients: [{distortion}]\n"
     )
 
 

@@ -30,14 +30,17 @@ class Raw:
         """The sensor's sheet; see `Layout.lists`."""
         sensor = track.sequence.sensor
         sheet = track.sequence.study.sensor.model_dump(mode="json")
-        meaning = "electrons = (number − black_level_dn) / gain_dn_per_e; exposure stands in frames.csv"
+        meaning = (
+            "electrons = (number − black_level_dn) / (gain_dn_per_e · 10^(gain_db / 20)); frames.csv has "
+            "each picture's exposure_s and gain_db; a mosaic has one channel, by colour_filter_array"
+        )
         yield (
             "sensor.json",
             [
                 as_json(
                     {
                         "meaning": meaning,
-                        "gain_dn_per_e": sensor.gain_dn_per_e,
+                        "gain_dn_per_e": sensor.amplified(0.0).gain_dn_per_e,
                         "largest_dn": sensor.largest_dn,
                         **sheet,
                     }

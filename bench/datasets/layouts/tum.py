@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ class Tum:
 
     summary = "TUM RGB-D: rgb, depth (z, metres × 5000), mask, diffuse, specular, groundtruth.txt"
     suffix = ".png"
-    error_unit = "of full well, where the sum is below it"
+    error_unit = "of the sensor's range, where the sum is inside it"
 
     def files(self, picture: Picture) -> Files:
         """Five PNGs; see `Layout.files`."""
@@ -53,7 +54,7 @@ class Tum:
         yield "meta.json", [as_json(_meta(track))]
 
     def load(self, folder: Path, row: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-        """Picture, depth in metres, mask, and the light split as shares of full well; see `Layout.load`."""
+        """Picture, depth in metres, mask, light as shares of the sensor's range; see `Layout.load`."""
         image, depth, mask, diffuse, specular = (
             read_png(folder / _path(part, row["frame"]))
             for part in ("rgb", "depth", "mask", "diffuse", "specular")
@@ -72,12 +73,16 @@ def _path(part: str, frame: int) -> str:
 
 
 def _linear(picture: Picture) -> tuple[NDArray[np.uint16], NDArray[np.uint16], float]:
-    """Both parts as 16-bit numbers, full well = 65535, clipped there; the largest error of their sum."""
-    sensor, seconds = picture.track.sequence.sensor, picture.recording.exposure.seconds
-    per_luminance = sensor.electrons_per_luminance * seconds / sensor.full_well_e
-    diffuse, specular = (part * per_luminance for part in picture.light)
+    """Both parts as 16-bit numbers, 65535 where the sensor clips; the largest error of their sum."""
+    from renderers.sensor import mean_electrons
+
+    exposure, (diffuse, specular) = picture.recording.exposure, picture.light
+    sensor = picture.track.sequence.sensor.amplified(exposure.gain_db)
+    diffuse, specular, full = (
+        mean_electrons(sensor, light, exposure.seconds) / np.float32(sensor.saturation_e)
+        for light in (diffuse, specular, diffuse + specular)
+    )
     stored = [np.round(np.clip(part, 0, 1) * LARGEST).astype(np.uint16) for part in (diffuse, specular)]
-    full = diffuse + specular
     error = np.abs(full - sum(part / LARGEST for part in stored))[full < 1]
     return stored[0], stored[1], float(error.max(initial=0.0))
 
@@ -112,20 +117,23 @@ def _meta(track: Track) -> dict[str, object]:
     study, view = track.sequence.study, track.calibration
     return {
         "scene": track.sequence.scene.name,
-        "illumination": vars(track.illumination),
+        "illumination": asdict(track.illumination),
         "glarebench": version("glarebench"),
         "engine": track.engine,
         "seed": study.seed,
-        "camera": {**vars(view), "T_robot_camera": view.T_robot_camera.tolist()},
+        "camera": {
+            **{field.name: getattr(view, field.name) for field in fields(view)},
+            "T_robot_camera": view.T_robot_camera.tolist(),
+        },
         "poses": "groundtruth.txt holds T_world_camera = T_world_robot · T_robot_camera",
         "depth": {
             "factor": DEPTH_FACTOR,
             "meaning": "z in the camera frame, exact, without noise; 0 = none, or beyond 13.1 m",
         },
-        "linear": "diffuse + specular: 65535 = full well, before white balance, noise-free, clipped",
+        "linear": "diffuse + specular: 65535 = where the sensor clips, before white balance, noise-free",
         "mask": f"255 where specular light adds {study.sensor.highlight_threshold} grey levels or more",
         "sensor": study.sensor.model_dump(mode="json"),
-        "per_picture": "exposure and white balance stand in frames.csv at the data set's root",
+        "per_picture": "exposure, gain and white balance stand in frames.csv at the data set's root",
     }
 
 

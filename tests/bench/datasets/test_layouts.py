@@ -13,10 +13,12 @@ import yaml
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from bench.camera_choice import camera
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.sequences.rendered import RenderedSequence, SequenceSetup, camera, light_colours, load_scene
+from bench.sequences.lighting import light_colours
+from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
 from renderers.camera import pixel_grid, pixel_rays
@@ -38,7 +40,7 @@ def root(short_study: RenderedStudy, cache_home: Path, tmp_path_factory: pytest.
 
 @pytest.fixture(scope="module")
 def sequence(short_study: RenderedStudy, cache_home: Path) -> RenderedSequence:
-    colours = light_colours(load_scene(short_study))
+    colours = light_colours(short_study)
     return RenderedSequence(SequenceSetup(short_study, "raycast", colours, 0, cache_home / "glarebench"))
 
 
@@ -122,7 +124,7 @@ def test_tum_depth_and_poses_put_the_floor_at_zero(root, sequence, taken):
     track = np.loadtxt(folder / "groundtruth.txt")
     np.testing.assert_allclose(track[:, 1:3], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8)
     np.testing.assert_allclose(track[:, 3], sequence.study.camera.height_m)
-    rays = pixel_rays(camera(sequence.study))
+    rays = pixel_rays(camera(sequence.study.camera))
     for frame, (basis, *_) in enumerate(taken):
         rotation = Rotation.from_quat(track[frame, 4:8]).as_matrix()
         z = _read(folder / f"depth/{frame:06d}.png") / 5000
@@ -148,9 +150,9 @@ def test_euroc_calibration_is_the_camera_s_for_opencv(root, sequence):
     assert sheet["resolution"] == [320, 240] and sheet["rate_hz"] == 2
     fu, fv, cu, cv = sheet["intrinsics"]
     K = np.array([[fu, 0, cu], [0, fv, cv], [0, 0, 1]])
-    pixels = pixel_grid(camera(sequence.study))[60:180, 80:240].reshape(-1, 1, 2)
+    pixels = pixel_grid(camera(sequence.study.camera))[60:180, 80:240].reshape(-1, 1, 2)
     flat = cv2.fisheye.undistortPoints(pixels, K, np.array(sheet["distortion_coefficients"]))[:, 0]
-    rays = pixel_rays(camera(sequence.study))[60:180, 80:240].reshape(-1, 3)
+    rays = pixel_rays(camera(sequence.study.camera))[60:180, 80:240].reshape(-1, 3)
     np.testing.assert_allclose(flat, rays[:, :2] / rays[:, 2:], atol=1e-6)
 
 

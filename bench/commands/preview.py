@@ -1,0 +1,57 @@
+"""``preview``: a scene at a glance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bench.commands.parameters import StudyOption
+
+EXAMPLE = "Example: python -m bench preview corridor"
+
+
+def preview(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library.")],
+    study: StudyOption = "quick",
+    views: Annotated[int, typer.Option("--views", min=1, metavar="N", help="Along the tour.")] = 4,
+    illumination: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--illumination",
+            metavar="NAME",
+            help="Of the study's grid; repeatable. (Default: four of the grid.)",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option("--seed", min=0, metavar="S", help="Of the scene. (Default: the study's.)"),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the pictures go.")] = Path(
+        "previews"
+    ),
+) -> None:
+    """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
+    from bench import catalogue
+    from bench.errors import BenchError
+    from bench.options import PreviewOptions
+    from bench.progress import Bars
+    from bench.study import RenderedStudy, load
+
+    chosen = load(study)
+    if not isinstance(chosen, RenderedStudy):
+        raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
+    choice = chosen.scene.model_copy(
+        update={
+            "name": scene,
+            "seed": chosen.scene.seed if seed is None else seed,
+            "parameters": chosen.scene.parameters if scene == chosen.scene.name else {},
+        }
+    )
+    chosen = chosen.model_copy(update={"scene": choice})
+    catalogue.check(chosen)
+    from bench.preview.preview import preview as draw
+
+    for path in draw(chosen, PreviewOptions(out, views, tuple(illumination or ())), Bars()):
+        typer.echo(f"preview: {path}")

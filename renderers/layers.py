@@ -1,0 +1,159 @@
+"""Every layer of a scene's light over one view: direct and bounced light, mirror images, lamps.
+
+What all layers share is found once: triangles, mirrored rays, the neighbours that they are averaged with.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from renderers.gbuffer import F32, GBuffer, interpolate
+from renderers.irradiance import Irradiance, diffuse_albedo
+from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight
+from renderers.lobe_albedo import albedo_table
+from renderers.mesh import NOTHING, RayCaster, SceneMesh
+from renderers.reflection import Reflection
+from renderers.shade import shade_ambient, shade_light
+from renderers.shadows import lit_share, visible_shares
+from renderers.surfaces import Surfaces
+from renderers.threads import Threads
+
+
+class LayerShader:
+    """Shades all layers of one scene's light.
+
+    Parameters
+    ----------
+    layers : list of lists of lights
+        The lights that share an intensity, by layer.
+    irradiance : Irradiance
+        Baked for the same layers.
+    bounces : bool
+        Whether mirrored surfaces are seen; without, their images are black.
+    """
+
+    def __init__(
+        self,
+        mesh: SceneMesh,
+        caster: RayCaster,
+        layers: list[list[UnitLight]],
+        irradiance: Irradiance,
+        bounces: bool,
+        threads: Threads,
+    ) -> None:
+        self._mesh, self._caster, self._layers, self._threads = mesh, caster, layers, threads
+        self._suns = [
+            (k, light) for k, lights in enumerate(layers) for light in lights if isinstance(light, SunLight)
+        ]
+        sunny = {k for k, _ in self._suns}  # the sun's patches have sharp edges, which vertices would blur
+        parts = zip(irradiance.indirect, irradiance.total, strict=True)
+        self._indirect = _by_vertex(irradiance.indirect)
+        self._mirrored = _by_vertex([own if k in sunny else all_ for k, (own, all_) in enumerate(parts)])
+        self._albedo = diffuse_albedo(mesh.materials) * np.float32(bounces)
+        self._sky = np.array([_sky(lights) for lights in layers], dtype=np.float32)
+
+    def shade(self, gbuffer: GBuffer, surfaces: Surfaces) -> tuple[F32, F32]:
+        """Diffuse and specular luminance of each layer at unit intensity, (L, H, W, 3) float32 cd/m²."""
+        size = (len(self._layers), len(surfaces.surface), 3)
+        diffuse, specular = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.float32)
+        self._ambient(surfaces, diffuse, specular)
+        for k, lights in enumerate(self._layers):
+            direct = [light for light in lights if isinstance(light, DirectLight)]
+            self._direct(direct, surfaces, diffuse[k], specular[k])
+        self._emission(gbuffer, diffuse)
+        shape = (len(self._layers), *surfaces.shape, 3)
+        return diffuse.reshape(shape), specular.reshape(shape)
+
+    def _ambient(self, surfaces: Surfaces, diffuse: F32, specular: F32) -> None:
+        """Bounced light, the sky's, and mirror images; bulbs' images are the highlights of direct light."""
+        reflection = Reflection(self._mesh, self._caster, surfaces, HORIZON_Z, self._threads)
+        light = reflection.bring(self._mirrored, self._albedo, self._sky, self._sunlit(reflection))
+
+        def work(part: slice) -> None:
+            lux = interpolate(self._indirect, surfaces.corners[part], surfaces.weights[part])
+            mirrored = reflection.gather(light, part, lux)
+            shade_ambient(
+                surfaces.normal[part],
+                surfaces.to_eye[part],
+                lux,
+                mirrored,
+                albedo_table(),
+                *surfaces.material(part),
+                diffuse[:, part],
+                specular[:, part],
+            )
+
+        self._threads.over(len(surfaces.surface), work)
+
+    def _sunlit(self, reflection: Reflection) -> F32:
+        """(L, g) lux of each layer's suns where the mirrored rays end."""
+        total = np.zeros((len(self._layers), len(reflection.glossy)), dtype=np.float32)
+        for k, light in self._suns:
+            to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
+            lit = np.flatnonzero(lux)
+            points, normals = reflection.points[lit], reflection.normals[lit]
+            cosine = np.einsum("nk,nk->n", normals, to_light[lit])
+            share = lit_share(light, points, normals, self._caster, threads=self._threads)
+            total[k, lit] += lux[lit] * cosine * share
+        return total
+
+    def _direct(self, lights: list[DirectLight], surfaces: Surfaces, diffuse: F32, specular: F32) -> None:
+        """Add a layer's suns and bulbs, shadows included."""
+        n = len(surfaces.surface)
+        arriving = [_Arriving(n) for _ in lights]
+
+        def arrive(part: slice) -> None:
+            for light, column in zip(lights, arriving, strict=True):
+                found = light.arriving(surfaces.points[part], surfaces.normal[part])
+                column.to_light[part], column.lux[part], column.spread[part] = found
+
+        self._threads.over(n, arrive)
+        lux = [column.lux for column in arriving]
+        points, normals, shape = surfaces.points, surfaces.normal, surfaces.shape
+        shares = visible_shares(lights, lux, points, normals, self._caster, shape, self._threads)
+
+        def shade(part: slice) -> None:
+            for column, share in zip(arriving, shares, strict=True):
+                shade_light(
+                    surfaces.normal[part],
+                    surfaces.to_eye[part],
+                    column.to_light[part],
+                    column.lux[part] * share[part],
+                    column.spread[part],
+                    *surfaces.material(part),
+                    diffuse[part],
+                    specular[part],
+                )
+
+        self._threads.over(n, shade)
+
+    def _emission(self, gbuffer: GBuffer, diffuse: F32) -> None:
+        """Add what shines into the camera by itself: luminous spheres and the sky."""
+        triangle, eye = gbuffer.triangle.reshape(-1), gbuffer.view.origin
+        upwards = gbuffer.view.directions.reshape(-1, 3)[:, 2] > HORIZON_Z
+        sky = np.flatnonzero((triangle == NOTHING) & upwards)
+        bulb = np.where(triangle == NOTHING, NOTHING, self._mesh.bulb.take(triangle, mode="clip"))
+        lamps = np.flatnonzero(bulb != NOTHING)
+        for lights, picture in zip(self._layers, diffuse, strict=True):
+            picture[sky] += _sky(lights)
+            for light in lights:
+                if isinstance(light, BulbLight):
+                    picture[lamps[bulb[lamps] == light.index]] += light.luminance(eye)
+
+
+class _Arriving:
+    """Room for what a light brings to n pixels, as `DirectLight.arriving` gives it."""
+
+    def __init__(self, n: int) -> None:
+        self.to_light = np.empty((n, 3), dtype=np.float32)
+        self.lux, self.spread = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.float32)
+
+
+def _sky(lights: list[UnitLight]) -> float:
+    return sum(light.luminance for light in lights if isinstance(light, SkyLight))
+
+
+def _by_vertex(layers: F32 | list[F32]) -> F32:
+    """(v, 3 L) float32 from (L, v, 3): all that one vertex has lies together."""
+    stacked = np.stack(list(layers), axis=1)
+    return np.ascontiguousarray(stacked.reshape(len(stacked), -1), dtype=np.float32)
