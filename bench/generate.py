@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import pickle
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ from bench.datasets.journal import Journal
 from bench.datasets.model import REQUEST, Place, Request, Row
 from bench.datasets.places import places
 from bench.datasets.verify import read_request
-from bench.errors import BenchError, unknown_name
+from bench.errors import BenchError
 from bench.options import GenerateOptions
 from bench.progress import Progress
 from bench.provenance import version
@@ -40,13 +41,12 @@ def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress)
         be written, too little disk, or a disk that fills up; `resume` continues what was begun.
     """
     layout.check_names(options.layouts)
-    chosen = places(study, options.scenes, options.splits, options.frames)
-    illuminations = _illuminations(study, options.illuminations)
+    chosen = places(study, options)
     engine = choose_engine(study.engine)
     if engine.notice:
         progress.notice(engine.notice)
     layouts = tuple(dict.fromkeys(options.layouts))
-    request = Request(chosen, illuminations, layouts, engine.name, version("glarebench"))
+    request = Request(chosen, layouts, engine.name, version("glarebench"))
     _begin(options.out, request)
     with _stopping(options.out):
         _make(options.out, request, options.workers, progress)
@@ -76,14 +76,6 @@ def resume(root: Path, count: int, progress: Progress) -> None:
         _make(root, request, count, progress)
 
 
-def _illuminations(study: RenderedStudy, names: Sequence[str]) -> tuple[str, ...]:
-    grid = [light.name for light in study.illuminations.grid()]
-    for name in names:
-        if name not in grid:
-            raise unknown_name("illumination", name, grid)
-    return tuple(dict.fromkeys(names)) or tuple(grid)
-
-
 def _begin(out: Path, request: Request) -> None:
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -101,9 +93,10 @@ def _stopping(root: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         raise BenchError(
-            f"{error.filename or root}: {error.strerror}; make room, then continue with: "
-            f"python -m bench generate --resume {root}"
+            f"{error.filename or root}: {error.strerror or error}; {'make room' if full else 'mend that'}, "
+            f"then continue with: python -m bench generate --resume {root}"
         ) from None
 
 
@@ -133,7 +126,7 @@ def _job(root: Path, request: Request, place: Place, count: int, progress: Progr
         yield Job(
             setup=replace(setup, threads=0 if count <= 1 else 1),
             place=place.name,
-            illuminations=tuple(request.illuminations_of(place)),
+            illuminations=tuple(place.illuminations()),
             layouts=request.layouts,
             root=root,
         )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
+import shutil
 import time
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from bench.datasets.frame_writer import FrameWriter, Job
 from bench.disk import require_free
@@ -45,13 +44,16 @@ def estimate(job: Job, frames: list[int], others: int, processes: int) -> Estima
         If the disk has no room for what is to come.
     """
     total = len(frames) + others
-    with tempfile.TemporaryDirectory(dir=job.root, prefix=".sample-") as aside:
+    aside = job.root / ".sample"
+    try:
         start = time.perf_counter()
-        writer = FrameWriter(replace(job, root=Path(aside)))
+        writer = FrameWriter(replace(job, root=aside))
         writer.write(frames[0])  # loads and compiles, as each process will
         ready = time.perf_counter()
         rows = writer.write(frames[len(frames) // 2])
         loading, seconds = ready - start, time.perf_counter() - ready
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
     size = sum(file.bytes for row in rows for layout in row.layouts.values() for file in layout.files)
     each = seconds * total / min(processes, total)
     found = Estimate(total * len(rows), float(size * total), each + (loading if processes > 1 else 0))

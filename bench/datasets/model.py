@@ -35,12 +35,20 @@ class Place:
         Whose scene, camera, sensor and illuminations are used.
     frames : int
         The first so many of the tour.
+    lights : tuple of str
+        Names of illuminations out of the study's grid.
     """
 
     name: str
     split: str
     study: RenderedStudy
     frames: int
+    lights: tuple[str, ...]
+
+    def illuminations(self) -> list[Illumination]:
+        """Those of `lights`, in their order."""
+        grid = {light.name: light for light in self.study.illuminations.grid()}
+        return [grid[name] for name in self.lights]
 
 
 @dataclass(frozen=True)
@@ -62,8 +70,6 @@ class Request:
 
     Attributes
     ----------
-    illuminations : tuple of str
-        Names out of the studies' grid.
     layouts : tuple of str
         Names of `bench.datasets.layout.layouts`.
     engine : str
@@ -73,36 +79,29 @@ class Request:
     """
 
     places: tuple[Place, ...]
-    illuminations: tuple[str, ...]
     layouts: tuple[str, ...]
     engine: str
     glarebench: str
 
-    def illuminations_of(self, place: Place) -> list[Illumination]:
-        """The chosen illuminations of a place, in the order of their names here."""
-        grid = {i.name: i for i in place.study.illuminations.grid()}
-        return [grid[name] for name in self.illuminations]
-
     def sequences(self) -> list[Sequence]:
         """Every place under every illumination."""
-        return [Sequence(place, light) for place in self.places for light in self.illuminations_of(place)]
+        return [Sequence(place, light) for place in self.places for light in place.illuminations()]
 
     @property
     def pictures(self) -> int:
         """How many there will be."""
-        return len(self.illuminations) * sum(place.frames for place in self.places)
+        return sum(place.frames * len(place.lights) for place in self.places)
 
     def to_json(self) -> dict[str, Any]:
         """Plain values; `from_json` gives an equal request back."""
         places = [
-            {"name": p.name, "split": p.split, "frames": p.frames, "study": p.study.model_dump(mode="json")}
-            for p in self.places
+            {**vars(place), "lights": list(place.lights), "study": place.study.model_dump(mode="json")}
+            for place in self.places
         ]
         return {
             "glarebench": self.glarebench,
             "engine": self.engine,
             "layouts": list(self.layouts),
-            "illuminations": list(self.illuminations),
             "places": places,
         }
 
@@ -111,10 +110,15 @@ class Request:
         """Read what `to_json` wrote; KeyError, TypeError or ValueError for anything else."""
         return cls(
             places=tuple(
-                Place(p["name"], p["split"], RenderedStudy.model_validate(p["study"]), int(p["frames"]))
-                for p in value["places"]
+                Place(
+                    name=place["name"],
+                    split=place["split"],
+                    study=RenderedStudy.model_validate(place["study"]),
+                    frames=int(place["frames"]),
+                    lights=tuple(place["lights"]),
+                )
+                for place in value["places"]
             ),
-            illuminations=tuple(value["illuminations"]),
             layouts=tuple(value["layouts"]),
             engine=value["engine"],
             glarebench=value["glarebench"],

@@ -7,47 +7,52 @@ from collections.abc import Iterator, Sequence
 from bench import catalogue
 from bench.datasets.model import NO_SPLIT, SPLITS, Place
 from bench.errors import unknown_name
+from bench.options import GenerateOptions
 from bench.rng import generator
 from bench.sequences.lighting import load_scene
 from bench.study_model import RenderedStudy, SceneChoice
 
 
-def places(
-    study: RenderedStudy, scenes: Sequence[str], splits: Sequence[str], frames: int | None
-) -> tuple[Place, ...]:
+def places(study: RenderedStudy, options: GenerateOptions) -> tuple[Place, ...]:
     """Scenes × splits.
 
-    Parameters
-    ----------
-    scenes : sequence of str
-        Names of the library; the study's own scene where there is none.
-    splits : sequence of str
-        Out of `SPLITS`; each builds the scenes from seeds of its own, so that splits share no geometry.
-        Without one the scenes are built from the study's own seed.
-    frames : int or None
-        The first so many of each tour; None for all.
+    Without a scene it is the study's own. Each split builds the scenes from seeds of its own, so that splits
+    share no geometry; without a split they are built from the study's own seed.
 
     Raises
     ------
     BenchError
-        For an unknown scene or split, with near names.
+        For an unknown scene, split or illumination, with near names.
     """
-    for split in splits:
+    for split in options.splits:
         if split not in SPLITS:
             raise unknown_name("split", split, SPLITS)
-    return tuple(_places(study, dict.fromkeys(scenes or [study.scene.name]), dict.fromkeys(splits), frames))
+    chosen = _positions(study, options.illuminations)
+    return tuple(_places(study, options, chosen))
 
 
-def _places(
-    study: RenderedStudy, scenes: dict[str, None], splits: dict[str, None], frames: int | None
-) -> Iterator[Place]:
-    for scene in scenes:
-        for split in splits or (NO_SPLIT,):
+def _positions(study: RenderedStudy, names: Sequence[str]) -> list[int]:
+    """Where the named illuminations stand in the study's grid; all without a name."""
+    grid = [light.name for light in study.illuminations.grid()]
+    for name in names:
+        if name not in grid:
+            raise unknown_name("illumination", name, grid)
+    return [grid.index(name) for name in dict.fromkeys(names)] or list(range(len(grid)))
+
+
+def _places(study: RenderedStudy, options: GenerateOptions, chosen: list[int]) -> Iterator[Place]:
+    for scene in dict.fromkeys(options.scenes or [study.scene.name]):
+        for split in dict.fromkeys(options.splits or [NO_SPLIT]):
             own = study.model_copy(update={"scene": _choice(study.scene, scene, split)})
             catalogue.check(own)
-            length = len(load_scene(own).tour.stamps)
-            name = scene if split == NO_SPLIT else f"{scene}-{split}"
-            yield Place(name, split, own, min(frames or length, length))
+            grid, length = own.illuminations.grid(), len(load_scene(own).tour.stamps)
+            yield Place(
+                name=scene if split == NO_SPLIT else f"{scene}-{split}",
+                split=split,
+                study=own,
+                frames=min(options.frames or length, length),
+                lights=tuple(grid[k].name for k in chosen),
+            )
 
 
 def _choice(wanted: SceneChoice, scene: str, split: str) -> SceneChoice:

@@ -130,7 +130,7 @@ def _meta(track: Track) -> dict[str, object]:
             "factor": DEPTH_FACTOR,
             "meaning": "z in the camera frame, exact, without noise; 0 = none, or beyond 13.1 m",
         },
-        "linear": "diffuse + specular: 65535 = where the sensor clips, before white balance, noise-free",
+        "linear": "diffuse + specular, camera channels: 65535 = clipped, before white balance, noise-free",
         "mask": f"255 where specular light adds {study.sensor.highlight_threshold} grey levels or more",
         "sensor": study.sensor.model_dump(mode="json"),
         "per_picture": "exposure, gain and white balance stand in frames.csv at the data set's root",
