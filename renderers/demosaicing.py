@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.colour_filter_array import CELLS
+from renderers.colour_filter_array import CELLS, sites
 from renderers.errors import RendererError
 from renderers.gbuffer import F32
 
@@ -126,8 +126,7 @@ def _filtered(kernels: Kernels, mosaic: F32, array: str) -> F32:
     )
     planes = np.empty((*mosaic.shape, 3), np.float32)
     cell = CELLS[array]
-    for k, channel in enumerate(cell):
-        where = (slice(k // 2, None, 2), slice(k % 2, None, 2))
+    for k, (where, channel) in enumerate(sites(array)):
         planes[(*where, channel)] = mosaic[where]
         beside, below = cell[k ^ 1], cell[k ^ 2]
         if channel == GREEN:

@@ -91,10 +91,7 @@ class SunLight:
 
     def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """See `DirectLight.arriving`. A sun below the horizon gives nothing."""
-        direction = np.array(self.direction, dtype=np.float32)
-        to_light = np.ascontiguousarray(np.broadcast_to(direction, points.shape))
-        lux = ((normals @ direction > 0) & (direction[2] > 0)).astype(np.float32)
-        return to_light, lux, np.full(len(points), SUN_RADIUS, dtype=np.float32)
+        return _towards_sun(normals, np.array(self.direction, dtype=np.float32))
 
     def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
         """See `DirectLight.shadow_rays`."""
@@ -187,6 +184,18 @@ def _frame(aim: tuple[float, float, float]) -> F64:
     return frame
 
 
+@njit(cache=True, nogil=True)
+def _towards_sun(normals: F32, direction: F32) -> tuple[F32, F32, F32]:
+    n = len(normals)
+    to_light, lux = np.empty((n, 3), dtype=np.float32), np.zeros(n, dtype=np.float32)
+    x, y, z = direction
+    for i in range(n):
+        to_light[i, 0], to_light[i, 1], to_light[i, 2] = x, y, z
+        if z > 0 and normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z > 0:
+            lux[i] = 1.0
+    return to_light, lux, np.full(n, np.float32(SUN_RADIUS))
+
+
 @njit(cache=True)
 def _place(values: F64, value: float) -> tuple[int, float]:
     """The interval of ascending values that holds a value, and where in it; clamped at the ends."""
@@ -228,15 +237,23 @@ def _towards(
     table: F64,
 ) -> tuple[F32, F32, F32]:
     n = len(points)
-    to_light, lux = np.empty((n, 3), dtype=np.float32), np.zeros(n, dtype=np.float32)
+    to_light, lux = np.empty((n, 3), dtype=np.float32), np.empty(n, dtype=np.float32)
     spread = np.empty(n, dtype=np.float32)
-    for i in range(n):
-        dx, dy, dz = x - points[i, 0], y - points[i, 1], z - points[i, 2]
-        per_d = 1.0 / max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+    bx, by, bz, br = np.float32(x), np.float32(y), np.float32(z), np.float32(radius)
+    zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-6)
+    even = np.float32(table[0, 0]) if table.size == 1 else one
+    for i in range(n):  # in float32 and without calls, so that it runs on several pixels at once
+        dx, dy, dz = bx - points[i, 0], by - points[i, 1], bz - points[i, 2]
+        per_d = one / max(np.sqrt(dx * dx + dy * dy + dz * dz), tiny)
         to_light[i, 0], to_light[i, 1], to_light[i, 2] = dx * per_d, dy * per_d, dz * per_d
-        spread[i] = radius * per_d
-        if normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz > 0:
-            lux[i] = _candela(-dx, -dy, -dz, frame, vertical, horizontal, table) * per_d * per_d
+        spread[i] = br * per_d
+        facing = normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz > zero
+        lux[i] = even * per_d * per_d if facing else zero
+    if table.size > 1:
+        for i in range(n):
+            if lux[i] > zero:
+                fx, fy, fz = -to_light[i, 0], -to_light[i, 1], -to_light[i, 2]
+                lux[i] *= _candela(fx, fy, fz, frame, vertical, horizontal, table)
     return to_light, lux, spread
 
 

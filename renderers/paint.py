@@ -97,18 +97,34 @@ def _paint(
     landmark: I32,
 ) -> None:
     height, width = surface.shape
+    near, reach = np.empty(len(id), dtype=np.int64), np.empty(width, dtype=np.float32)
     for r in range(height):
+        west = south = np.inf
+        east = north = -np.inf
+        for c in range(width):  # the part of the floor that this row shows
+            if surface[r, c] == floor:
+                reach[c] = 0.5 * (
+                    np.hypot(row_step[r, c, 0], row_step[r, c, 1])
+                    + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
+                )
+                west, east = min(west, position[r, c, 0] - reach[c]), max(east, position[r, c, 0] + reach[c])
+                south, north = (
+                    min(south, position[r, c, 1] - reach[c]),
+                    max(north, position[r, c, 1] + reach[c]),
+                )
+        count = 0
+        for k in range(len(id)):
+            across = west - radius[k] <= centre[k, 0] <= east + radius[k]
+            if across and south - radius[k] <= centre[k, 1] <= north + radius[k]:
+                near[count] = k
+                count += 1
         for c in range(width):
             if surface[r, c] != floor:
                 continue
             x, y = position[r, c, 0], position[r, c, 1]
-            reach = 0.5 * (
-                np.hypot(row_step[r, c, 0], row_step[r, c, 1])
-                + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
-            )
-            for k in range(len(id)):
+            for k in near[:count]:
                 dx, dy = x - centre[k, 0], y - centre[k, 1]
-                far = radius[k] + reach
+                far = radius[k] + reach[c]
                 if dx * dx + dy * dy > far * far:
                     continue
                 covered = 0

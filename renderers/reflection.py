@@ -91,7 +91,7 @@ class Reflection:
         def bring(part: slice) -> None:
             ends = self.glossy[part], self._rays[part], self._triangle[part], self._bary[part]
             of_mesh = self._mesh.triangles, self._mesh.surface
-            _bring(*ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit[:, part], light)
+            _bring(part.start, *ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit, light)
 
         self._threads.over(len(self.glossy), bring)
         return light
@@ -181,6 +181,7 @@ def _arrive(rays: F32, triangle: I32, distance: F32, facing: F32, points: F32, n
 
 @njit(cache=True, nogil=True)
 def _bring(
+    start: int,
     glossy: I64,
     rays: F32,
     triangle: I32,
@@ -194,7 +195,7 @@ def _bring(
     sunlit: F32,
     light: F32,
 ) -> None:
-    """What `Reflection.bring` says, for some of the rays."""
+    """What `Reflection.bring` says, for the rays from number ``start`` on."""
     for k in range(len(glossy)):
         row, t = light[glossy[k]], triangle[k]
         if t < 0:
@@ -209,7 +210,7 @@ def _bring(
         for layer in range(len(sky)):
             for channel in range(3):
                 j = 3 * layer + channel
-                lux = row[j] + sunlit[layer, k]
+                lux = row[j] + sunlit[layer, start + k]
                 row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
 
 

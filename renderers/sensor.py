@@ -26,21 +26,18 @@ from renderers.demosaicing import methods
 from renderers.errors import RendererError
 from renderers.gbuffer import F32
 from renderers.sensor_presets import PRESETS
-from renderers.sensor_sheet import Settings, Sheet
+from renderers.sensor_sheet import MOST_GAIN_DB, Settings, Sheet
 from renderers.shot_noise import NONE, convert, read_out
 
 PHOTONS_PER_LUX = 1.09e16
 """Photons per m², s and lux of D65 between 400 and 700 nm (CIE D65 × V(λ), 683 lm/W)."""
-
-MOST_GAIN_DB = 48.0
-"""What the gain registers of machine vision sensors reach (Sony Pregius: 0…48 dB)."""
 
 METERINGS = ("average", "centre-weighted", "highlight-priority")
 
 
 @dataclass(frozen=True)
 class Sensor(Settings, Sheet):
-    """A camera's sensor, the numbers of its lens, and how it is set.
+    """A camera's sensor, the numbers of its lens, and how it is set (`renderers.sensor_sheet`).
 
     Attributes
     ----------

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 MIDDLE_GREY = 0.18
 
+MOST_GAIN_DB = 48.0
+"""What the gain registers of machine vision sensors reach (Sony Pregius: 0…48 dB)."""
+
 
 @dataclass(frozen=True)
 class Sheet:

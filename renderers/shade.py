@@ -185,16 +185,18 @@ def shade_ambient(
 
     Other parameters as in `shade_light`.
     """
-    matt, shine = np.empty(3, dtype=np.float32), np.empty(3, dtype=np.float32)
-    for i in range(len(irradiance)):
+    n = len(irradiance)
+    matt, shine = np.empty((n, 3), dtype=np.float32), np.empty((n, 3), dtype=np.float32)
+    for i in range(n):
         nv = _dot(normal, to_eye, i)
         scale, bias = directional_albedo(albedo, nv, roughness[i])
         layer = specular[i] * (DIELECTRIC_F0 * scale + bias)
         for c in range(3):
             metal = base_color[i, c] * scale + bias
-            matt[c] = (1.0 - metallic[i]) * (1.0 - layer) * base_color[i, c] / np.pi
-            shine[c] = (1.0 - metallic[i]) * layer + metallic[i] * metal
-        for k in range(len(out_diffuse)):
+            matt[i, c] = (1.0 - metallic[i]) * (1.0 - layer) * base_color[i, c] / np.pi
+            shine[i, c] = (1.0 - metallic[i]) * layer + metallic[i] * metal
+    for k in range(len(out_diffuse)):  # layer by layer, as each lies elsewhere in memory
+        for i in range(n):
             for c in range(3):
-                out_diffuse[k, i, c] = irradiance[i, 3 * k + c] * matt[c]
-                out_specular[k, i, c] = mirrored[i, 3 * k + c] * shine[c]
+                out_diffuse[k, i, c] = irradiance[i, 3 * k + c] * matt[i, c]
+                out_specular[k, i, c] = mirrored[i, 3 * k + c] * shine[i, c]

@@ -20,7 +20,7 @@ class Surfaces:
     ----------
     shape : (H, W)
     points, normal, to_eye : (n, 3) float32
-        The normal of the sky is 0.
+        For the sky, normal and direction are 0.
     surface : (n,) int32
         Surface index, `NOTHING` for the sky; the columns of its material are undefined.
     base_color : (n, 3) float32
@@ -53,15 +53,18 @@ class Surfaces:
         table, surface = mesh.materials, gbuffer.surface.reshape(-1)
         base_color = table.base_color.take(gbuffer.surface, axis=0, mode="clip")
         landmark = paint.paint(gbuffer, discs, base_color)
-        corners, weights = _corners(
-            mesh.triangles, gbuffer.triangle.reshape(-1), gbuffer.barycentric.reshape(-1, 2)
+        corners, weights, to_eye = _columns(
+            mesh.triangles,
+            gbuffer.triangle.reshape(-1),
+            gbuffer.barycentric.reshape(-1, 2),
+            gbuffer.view.directions.reshape(-1, 3),
         )
         height, width = gbuffer.surface.shape
         return Surfaces(
             shape=(height, width),
             points=gbuffer.position.reshape(-1, 3),
             normal=gbuffer.normal.reshape(-1, 3),
-            to_eye=-gbuffer.view.directions.reshape(-1, 3),
+            to_eye=to_eye,
             surface=surface,
             base_color=base_color.reshape(-1, 3),
             roughness=table.roughness.take(surface, mode="clip"),
@@ -78,16 +81,18 @@ class Surfaces:
 
 
 @njit(cache=True, nogil=True)
-def _corners(triangles: I32, triangle: I32, barycentric: F32) -> tuple[I32, F32]:
+def _columns(triangles: I32, triangle: I32, barycentric: F32, directions: F32) -> tuple[I32, F32, F32]:
+    """Corners, their weights, and the directions to the eye."""
     corners = np.empty((len(triangle), 3), dtype=np.int32)
-    weights = np.zeros((len(triangle), 3), dtype=np.float32)
+    weights, to_eye = np.zeros((2, len(triangle), 3), dtype=np.float32)
     for i in range(len(triangle)):
         if triangle[i] < 0:
             corners[i] = NOTHING
             continue
-        corners[i] = triangles[triangle[i]]
+        for k in range(3):
+            corners[i, k], to_eye[i, k] = triangles[triangle[i], k], -directions[i, k]
         v, w = max(barycentric[i, 0], np.float32(0)), max(barycentric[i, 1], np.float32(0))
         u = max(np.float32(1) - (barycentric[i, 0] + barycentric[i, 1]), np.float32(0))
         per_sum = np.float32(1) / (u + v + w)
         weights[i, 0], weights[i, 1], weights[i, 2] = u * per_sum, v * per_sum, w * per_sum
-    return corners, weights
+    return corners, weights, to_eye

@@ -51,8 +51,8 @@ def croissant(request: Request, closing: Iterable[StoredFile]) -> dict[str, Any]
     study = request.places[0].study
     scenes = ", ".join(dict.fromkeys(place.study.scene.name for place in request.places))
     description = (
-        f"{request.pictures} rendered pictures of {scenes} under {len(request.places[0].lights)} illuminations, "
-        "with the exact diffuse and specular light, masks of highlights, depth and poses."
+        f"{request.pictures} rendered pictures of {scenes}, each place under {len(request.places[0].lights)} "
+        "illuminations, with the exact diffuse and specular light, masks of highlights, depth and poses."
     )
     columns = {**_TYPES, **dict.fromkeys(request.layouts, "sc:Text")}
     splits = list(dict.fromkeys(place.split for place in request.places))

@@ -38,7 +38,7 @@ class SequenceSetup:
     colours : dict of illuminant to (3,) float64
         Linear sRGB of each illuminant of the study (`bench.sequences.lighting.light_colours`).
     threads : int
-        Of the ray caster in this process, 0 for all cores.
+        Of the renderer in this process, 0 for all cores.
     cache : Path, optional
         Where baked light is kept.
     quality : BakeQuality

@@ -139,6 +139,6 @@ BENCHMARK = Benchmark(
     "pictures with ground truth of a tour under 32 illuminations, against stock pyrender + NumPy",
     "pictures/s",
     True,
-    "ratio ≥ 10",
+    "ratio ≥ 20",
     prepare,
 )

@@ -130,7 +130,7 @@ def test_what_the_user_can_mend_is_one_line(capsys, tmp_path, monkeypatch, argum
         ),
         ("scene: {parameters: {laps: .nan}}", "length nan m not negative"),
         ("camera: {fov_deg: 400}", "camera.fov_deg: should be less than 360, not 400"),
-        ("camera: {model: pinhole, fov_deg: 180}", "a pinhole camera needs less than 180"),
+        ("camera: {model: pinhole, fov_deg: 180}", "of a pinhole must lie above 0° and below 180°"),
         ("camera: {height_m: -1}", "camera.height_m: should be greater than 0, not -1"),
     ],
 )

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from bench.errors import BenchError
 from bench.illumination_grid import Illumination
 from bench.sequences import lamps
-from bench.sequences.lighting import load_scene
+from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import RenderedStudy, dump, load, parse
 from renderers.basis import LightBasis, SceneRenderer
 from renderers.camera import Mount, Pinhole
+from renderers.illuminant import linear_srgb
 from renderers.irradiance import BakeQuality
 from reports.illuminations import Illumination as ReportedLight
 
@@ -268,3 +269,59 @@ def test_reports_name_the_lamps_where_they_do_not_all_burn():
     cells = study(ALL + "{name: half, broken: 0.5}]}").illuminations.grid()
     labels = [ReportedLight.of(cell.labels()).label for cell in cells]
     assert labels[2:] == ["sun 20 klx, bulbs 400 lm", "sun 20 klx, bulbs 400 lm, lamps half"]
+
+
+def lamplit(lamps_of_scene: str, states: str = "all") -> tuple[RenderedSequence, LightBasis]:
+    """A study with its lamps shaped or coloured, and its first frame under every layer, without bounces."""
+    text = HEAD.replace("laps: 0.1}", f"laps: 0.02}}, lamps: {lamps_of_scene}")
+    own = parse(f"{text}illuminations: {{sun_lux: [0], bulb_lm: [400], lamps: [{states}]}}\n", "x")
+    assert isinstance(own, RenderedStudy)
+    sequence = RenderedSequence(SequenceSetup(own, "raycast", light_colours(own), 1, None))
+    renderer = SceneRenderer(
+        sequence.scene, Pinhole(32, 24, 90), Mount(), threads=1, quality=BakeQuality(64, 16, -1)
+    )
+    return sequence, renderer.render(sequence.scene.tour.poses[0])
+
+
+def test_a_states_colour_is_that_illuminants_and_no_layer_more():
+    sequence, basis = lamplit("{}", "all, {name: warm, illuminant: 2700K}")
+    assert basis.layers == ("sky", "bulbs")
+    white, warm = (luminance(sequence, basis, cell) for cell in sequence.study.illuminations.grid())
+    ratio = linear_srgb("2700K") / linear_srgb("LED-B3")
+    assert white.max() > 0
+    assert warm == pytest.approx(white * ratio, rel=1e-5)
+
+
+def test_lamps_of_a_scene_take_a_studys_colour_and_shape(tmp_path):
+    """A lamp that shines upwards alone lights no floor; an even one is the plain one."""
+    ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n{}\n0\n100 100 100\n"
+    for name, angles in (("up", "91 135 180"), ("even", "0 90 180")):
+        (tmp_path / f"{name}.ies").write_text(ies.format(angles))
+    shown = {
+        shape: lamplit(choice)
+        for shape, choice in (
+            ("bare", "{}"),
+            ("even", f"{{ies: {tmp_path}/even.ies}}"),
+            ("up", f"{{ies: {tmp_path}/up.ies}}"),
+            ("spot", "{spot: {inner_deg: 5, outer_deg: 10}, illuminant: A, radius_m: 0.02}"),
+        )
+    }
+    bulb = shown["spot"][0].scene.bulbs[0]
+    assert (bulb.illuminant, bulb.radius) == ("A", 0.02)
+    picture = {
+        shape: luminance(sequence, basis, sequence.study.illuminations.grid()[0])
+        for shape, (sequence, basis) in shown.items()
+    }
+    assert picture["even"] == pytest.approx(picture["bare"], rel=1e-4, abs=1e-5)
+    floor = shown["bare"][1].surface == 0
+    assert picture["bare"][floor].max() > 0
+    assert picture["up"][floor].max() == 0
+    assert picture["spot"][floor].max() > 3 * picture["bare"][floor].max()
+
+
+def test_sun_and_sky_take_a_studys_colour():
+    own = study("{sun_lux: [20000], bulb_lm: [0], sun_illuminant: A, sky_illuminant: D65}")
+    sequence = RenderedSequence(SequenceSetup(own, "raycast", light_colours(own), 1, None))
+    colour = sequence._lighting.colour(own.illuminations.grid()[0])
+    assert colour["sun"] == pytest.approx(linear_srgb("A"))
+    assert colour["sky"] == pytest.approx(linear_srgb("D65"))

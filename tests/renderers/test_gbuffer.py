@@ -31,6 +31,17 @@ def test_barycentric_weights_give_the_point_back(corridor):
     assert (error / (1e-4 + 1e-5 * gbuffer.distance[seen])).max() < 1
 
 
+def test_the_sky_has_no_normal_and_takes_no_value(corridor, gbuffer_of):
+    mesh, _ = corridor
+    up = np.eye(4)
+    up[:3, 3] = 0.0, 0.0, 50.0  # above the roof; the camera's z is the world's
+    sky = gbuffer_of(library.load("corridor"), Fisheye(16, 12, 60.0), up)
+    assert (sky.triangle == NOTHING).all() and (sky.surface == NOTHING).all()
+    assert not sky.normal.any() and not sky.depth.any()
+    none, third = np.full((1, 3), NOTHING, dtype=np.int32), np.full((1, 3), 1 / 3, dtype=np.float32)
+    assert not interpolate(1 + np.abs(mesh.vertices), none, third).any()
+
+
 def test_normals_have_unit_length_and_face_the_camera(corridor):
     _, gbuffer = corridor
     seen = gbuffer.triangle != NOTHING

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from renderers import truth
+from renderers.colour_filter_array import behind_filters
 from renderers.develop import develop
 from renderers.metering import bracket
 from renderers.sensor import Sensor, digitise, mean_electrons, preset
@@ -24,13 +26,24 @@ def signal():
     return diffuse, (glow[..., None] * WHITE).astype(np.float32)
 
 
-def take(signal, seed=0, **options):
-    return record(Sensor(), *signal, WHITE, np.random.default_rng(seed), **options)
+CHAINS = {
+    "standard": Sensor(),
+    "mosaic": Sensor(colour_filter_array="GRBG"),
+    "matrix": Sensor(sensitivities="nikon-5100"),
+    "both, amplified": preset("webcam", sensitivities="nikon-5100", demosaicing="edge-aware", gain_db=9.0),
+}
+
+chains = pytest.mark.parametrize("sensor", CHAINS.values(), ids=CHAINS)
 
 
+def take(signal, seed=0, sensor=CHAINS["standard"], **options):
+    return record(sensor, *signal, WHITE, np.random.default_rng(seed), **options)
+
+
+@chains
 @pytest.mark.parametrize("threshold", [1, 16, 40])
-def test_highlight_is_where_the_difference_reaches_the_threshold(signal, threshold):
-    shot = take(signal, threshold=threshold)
+def test_highlight_is_where_the_difference_reaches_the_threshold(signal, sensor, threshold):
+    shot = take(signal, sensor=sensor, threshold=threshold)
     difference = shot.full.astype(int) - shot.diffuse.astype(int)
     np.testing.assert_array_equal(shot.highlight, difference.max(axis=-1) >= threshold)
     assert 0 < shot.highlight.mean() < 0.5
@@ -41,11 +54,12 @@ def test_higher_threshold_is_a_smaller_mask(signal):
     assert (low | ~high).all() and low.sum() > high.sum()
 
 
-def test_saturated_is_where_the_signal_clips(signal):
-    shot = take(signal)
-    sensor = Sensor()
+@chains
+def test_saturated_is_where_the_signal_clips(signal, sensor):
+    shot = take(signal, sensor=sensor)
     electrons = mean_electrons(sensor, signal[0] + signal[1], shot.exposure.seconds)
-    np.testing.assert_array_equal(shot.saturated, (electrons >= sensor.full_well_e).any(axis=-1))
+    most = sensor.full_well_e / 10 ** (shot.exposure.gain_db / 20)
+    np.testing.assert_array_equal(shot.saturated, (electrons >= most).any(axis=-1))
     assert 0 < shot.saturated.sum() < shot.highlight.sum()
     assert (digitise(sensor, electrons)[shot.saturated].max(axis=-1) == 1023).all()
     np.testing.assert_array_equal(shot.light, shot.highlight | shot.saturated)
@@ -61,25 +75,29 @@ def test_diffuse_light_can_saturate_without_a_highlight():
     np.testing.assert_array_equal(shot.light, shot.saturated)
 
 
-def test_no_specular_light_no_highlight(signal):
-    shot = take((signal[0], np.zeros_like(signal[0])))
+@chains
+def test_no_specular_light_no_highlight(signal, sensor):
+    shot = take((signal[0], np.zeros_like(signal[0])), sensor=sensor)
     assert not shot.highlight.any()
     np.testing.assert_array_equal(shot.full, shot.diffuse)
 
 
-def test_truth_does_not_depend_on_the_noise(signal):
-    one, other = take(signal, 1), take(signal, 2)
+@chains
+def test_truth_does_not_depend_on_the_noise(signal, sensor):
+    one, other = take(signal, 1, sensor), take(signal, 2, sensor)
     for name in ("full", "diffuse", "highlight", "saturated"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert (one.image != other.image).mean() > 0.3
 
 
-def test_truth_is_the_ideal_sensors(signal):
+@pytest.mark.parametrize("name", ["old-robot", "machine-vision"])
+def test_truth_is_the_ideal_sensors(signal, name):
     """Digitised and developed step by step, without the flaws that the picture has."""
-    sensor = preset("old-robot", serial_number=3)
+    sensor = preset(name, serial_number=3)
     shot = record(sensor, *signal, WHITE, np.random.default_rng(0))
     for name, light in (("full", signal[0] + signal[1]), ("diffuse", signal[0])):
-        raw = digitise(sensor, mean_electrons(sensor, light, shot.exposure.seconds))
+        electrons = mean_electrons(sensor, light, shot.exposure.seconds)
+        raw = digitise(sensor, behind_filters(sensor.colour_filter_array, electrons))
         np.testing.assert_array_equal(getattr(shot, name), develop(sensor, raw, shot.exposure))
     flawless = replace(sensor, prnu=0.0, dsnu_e=0.0, dark_current_e_per_s=0.0, read_noise_e=0.0)
     ideal = record(flawless, *signal, WHITE, np.random.default_rng(0))
@@ -95,8 +113,25 @@ def test_picture_of_a_bracket_has_its_own_exposure(signal):
     assert one.full.astype(int).sum() < other.full.astype(int).sum()
 
 
-def test_same_generator_same_bytes(signal):
-    one, other = take(signal, 7), take(signal, 7)
+def test_colour_matrix_of_one_is_no_matrix(signal):
+    """The way through mosaic and matrix and the short way are one chain: the same picture, step for step."""
+    short = take(signal, 3)
+    sensor, exposure = Sensor(), short.exposure
+    long = truth._record_in_steps(
+        sensor,
+        signal[0],
+        mean_electrons(sensor, signal[0] + signal[1], exposure.seconds),
+        exposure,
+        np.random.default_rng(3),
+        16,
+    )
+    for name in ("image", "raw", "full", "diffuse", "highlight", "saturated"):
+        np.testing.assert_array_equal(getattr(short, name), getattr(long, name))
+
+
+@chains
+def test_same_generator_same_bytes(signal, sensor):
+    one, other = take(signal, 7, sensor), take(signal, 7, sensor)
     for name in ("image", "raw", "full", "diffuse", "highlight", "saturated"):
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes()
 
@@ -121,9 +156,11 @@ def test_exposure_is_that_of_the_lit_scene(signal):
     np.testing.assert_array_equal(shot.full[corner], shot.diffuse[corner])
 
 
-def test_shapes_and_types(signal):
-    shot = take(signal)
-    assert shot.image.shape == shot.full.shape == shot.diffuse.shape == shot.raw.shape == (60, 80, 3)
+@chains
+def test_shapes_and_types(signal, sensor):
+    shot = take(signal, sensor=sensor)
+    assert shot.image.shape == shot.full.shape == shot.diffuse.shape == (60, 80, 3)
+    assert shot.raw.shape == ((60, 80, 3) if sensor.colour_filter_array == "none" else (60, 80))
     assert shot.image.dtype == shot.full.dtype == shot.diffuse.dtype == np.uint8
     assert shot.raw.dtype == np.uint16
     assert shot.highlight.shape == shot.saturated.shape == shot.light.shape == (60, 80)

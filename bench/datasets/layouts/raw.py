@@ -28,6 +28,8 @@ class Raw:
 
     def lists(self, track: Track, rows: Iterable[Row]) -> Iterator[tuple[str, Iterable[str]]]:
         """The sensor's sheet; see `Layout.lists`."""
+        from renderers.colour_matrix import correction
+
         sensor = track.sequence.sensor
         sheet = track.sequence.study.sensor.model_dump(mode="json")
         meaning = (
@@ -42,6 +44,7 @@ class Raw:
                         "meaning": meaning,
                         "gain_dn_per_e": sensor.amplified(0.0).gain_dn_per_e,
                         "largest_dn": sensor.largest_dn,
+                        "colour_matrix": correction(sensor.sensitivities).tolist(),
                         **sheet,
                     }
                 )

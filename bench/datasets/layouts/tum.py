@@ -114,6 +114,8 @@ def _landmarks(track: Track) -> Iterator[str]:
 
 
 def _meta(track: Track) -> dict[str, object]:
+    from renderers.colour_matrix import correction
+
     study, view = track.sequence.study, track.calibration
     return {
         "scene": track.sequence.scene.name,
@@ -130,7 +132,11 @@ def _meta(track: Track) -> dict[str, object]:
             "factor": DEPTH_FACTOR,
             "meaning": "z in the camera frame, exact, without noise; 0 = none, or beyond 13.1 m",
         },
-        "linear": "diffuse + specular, camera channels: 65535 = clipped, before white balance, noise-free",
+        "linear": (
+            "diffuse + specular: 65535 = saturation, behind the colour filters, noise-free, clipped; "
+            "times the white balance, then colour_matrix, it is linear sRGB"
+        ),
+        "colour_matrix": correction(study.sensor.sensitivities).tolist(),
         "mask": f"255 where specular light adds {study.sensor.highlight_threshold} grey levels or more",
         "sensor": study.sensor.model_dump(mode="json"),
         "per_picture": "exposure, gain and white balance stand in frames.csv at the data set's root",

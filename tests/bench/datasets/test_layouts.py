@@ -265,6 +265,28 @@ def test_raw_numbers_are_the_sensor_s(root, taken, sequence):
         assert electrons[dim].mean() == pytest.approx(expected[dim].mean(), rel=0.01)
 
 
+def test_a_mosaic_on_disk_develops_to_the_picture(short_study, tmp_path):
+    """By OpenCV and what stands beside it: black, white balance, demosaicing, colour matrix, sRGB."""
+    sensor = {"preset": "machine-vision", "sensitivities": "nikon-5100", "exposure": 0.002, "gain_db": 6}
+    study = RenderedStudy.model_validate(short_study.model_dump(mode="json") | {"sensor": sensor})
+    out = tmp_path / "set"
+    generate(study, GenerateOptions(out, (NAME,), 1, ("tum", "raw")), Silent())
+    raw = _read(_folder(out, "raw") / "raw/000000.png")
+    assert raw.dtype == np.uint16 and raw.shape == (240, 320)
+    sheet = json.loads((_folder(out, "raw") / "sensor.json").read_text())
+    row = pd.read_csv(out / "frames.csv").iloc[0]
+    assert row["gain_db"] == 6 and sheet["colour_filter_array"] == "RGGB"
+    planes = cv2.demosaicing(raw, cv2.COLOR_BayerBG2RGB)  # OpenCV's name for RGGB
+    black = sheet["black_level_dn"]
+    linear = (planes.astype(float) - black) / (sheet["largest_dn"] - black)
+    gains = row[["white_r", "white_g", "white_b"]].to_numpy(dtype=float)
+    light = np.clip(np.clip(linear * gains, 0, 1) @ np.transpose(sheet["colour_matrix"]), 0, 1)
+    encoded = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    difference = encoded - _read(_folder(out, "tum") / "rgb/000000.png")
+    assert np.median(np.abs(difference)) < 4  # bilinear there, Malvar here
+    assert np.abs(np.median(difference, axis=(0, 1))).max() < 1
+
+
 def test_the_table_agrees_with_the_pictures(root, taken, sequence):
     table = pd.read_csv(root / "frames.csv")
     assert table["frame"].tolist() == [0, 1, 2] and set(table["split"]) == {"all"}
