@@ -78,7 +78,7 @@ def resume(root: Path, count: int, progress: Progress) -> None:
 
 def _begin(out: Path, request: Request) -> None:
     try:
-        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        if out.exists() and (not out.is_dir() or any(path.name != REQUEST for path in out.iterdir())):
             raise BenchError(
                 f"{out}: exists already; continue it with --resume {out}, or choose another --out"
             )

@@ -52,6 +52,7 @@ def estimate(job: Job, frames: list[int], others: int, processes: int) -> Estima
         ready = time.perf_counter()
         rows = writer.write(frames[len(frames) // 2])
         loading, seconds = ready - start, time.perf_counter() - ready
+        writer.close()
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     size = sum(file.bytes for row in rows for layout in row.layouts.values() for file in layout.files)

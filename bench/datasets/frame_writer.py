@@ -56,6 +56,10 @@ class FrameWriter:
         )
         return [self._write(picture) for picture in pictures]
 
+    def close(self) -> None:
+        """Give back what the engine holds."""
+        self._sequence.renderer.close()
+
     def _write(self, picture: Picture) -> Row:
         sequence = f"{self._job.place}/{picture.track.illumination.name}"
         rows = {}
