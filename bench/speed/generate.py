@@ -30,13 +30,9 @@ from bench.study_model import RenderedStudy
 from bench.workers import workers
 from renderers.engine import choose_engine
 
-ILLUMINATIONS = 8
-"""At most; one costs what another costs."""
-
 
 def job(configuration: Configuration, root: Path) -> Job:
     """The corridor through a pinhole, under a log sweep of suns."""
-    count = min(configuration.illuminations, ILLUMINATIONS)
     study = RenderedStudy.model_validate(
         {
             "sequence": "rendered",
@@ -48,7 +44,10 @@ def job(configuration: Configuration, root: Path) -> Job:
                 "height": configuration.height,
                 "fov_deg": stage.FOV_DEG,
             },
-            "illuminations": {"sun_lux": {"log": [100, 100_000], "steps": count}, "bulb_lm": [800]},
+            "illuminations": {
+                "sun_lux": {"log": [100, 100_000], "steps": configuration.illuminations},
+                "bulb_lm": [800],
+            },
         }
     )
     colours = light_colours(study, configuration.cache)
@@ -127,6 +126,6 @@ BENCHMARK = Benchmark(
     "pictures of a data set on disk, against PNG encoding and writing alone",
     "pictures/s",
     True,
-    "ratio ≥ 0.5",
+    "ratio ≥ 0.4",
     prepare,
 )
