@@ -15,12 +15,13 @@ FOV_DEG = 150.0
 
 
 class OpticsChoice(Part):
-    """What the lens does to light (`renderers.optics`); nothing by default."""
+    """What lens (`renderers.optics`) and open shutter (`renderers.motion_blur`) do: nothing by default."""
 
     vignetting: Literal["none", "natural"] = "none"
     blur_px: float = Field(0.0, ge=0, le=50)
     glare: float = Field(0.0, ge=0, lt=1)
     glare_radius_px: Positive = 4.0
+    motion_blur: bool = False
 
 
 class IntrinsicsChoice(Part):

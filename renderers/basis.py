@@ -25,6 +25,7 @@ from renderers.irradiance_cache import load_or_bake
 from renderers.layers import LayerShader
 from renderers.lights import unit_lights
 from renderers.mesh import RayCaster, build_mesh
+from renderers.motion_blur import mirror_depth
 from renderers.surfaces import Surfaces
 from renderers.threads import Threads
 from scenes.model import Scene
@@ -46,6 +47,9 @@ class LightBasis:
         Surface index and landmark id, −1 for none.
     visible_share : (n,) float32
         Of each landmark of the scene, in its order: the share of its area in view and unoccluded.
+    mirror_depth : (H, W) float32
+        Where asked for, depth of what glossy pixels mirror, whose image lies behind the surface, inf for the
+        sky; elsewhere ``depth``.
     """
 
     layers: tuple[str, ...]
@@ -55,6 +59,7 @@ class LightBasis:
     surface: I32
     landmark: I32
     visible_share: F32
+    mirror_depth: F32
 
     @cached_property
     def mean_diffuse(self) -> NDArray[np.float64]:
@@ -78,6 +83,8 @@ class SceneRenderer:
         Folder where baked light is kept between runs.
     quality : BakeQuality
         How much work goes into baked light; less for previews and tests.
+    mirrored : bool
+        Whether bases tell the depth of what is mirrored, which motion blur needs.
     """
 
     def __init__(
@@ -90,11 +97,13 @@ class SceneRenderer:
         threads: int = 0,
         cache: Path | None = None,
         quality: BakeQuality = FULL_QUALITY,
+        mirrored: bool = False,
     ) -> None:
         if supersampling < 1:
             raise RendererError(f"supersampling {supersampling}: must be at least 1")
         self.scene, self._camera, self._mount = scene, camera, mount
         self._factor, self._threads = supersampling, Threads(threads)
+        self._mirrored = mirrored
         self._mesh = build_mesh(scene)
         self._caster = RayCaster(self._mesh.vertices, self._mesh.triangles, threads)
         self._lights = unit_lights(scene)
@@ -120,6 +129,7 @@ class SceneRenderer:
         diffuse, specular = self._shader.shade(gbuffer, surfaces)
         centre = (self._factor - 1) // 2
         pick = np.s_[centre :: self._factor, centre :: self._factor]
+        mirrored = mirror_depth(gbuffer, surfaces, self._caster) if self._mirrored else gbuffer.depth
         return LightBasis(
             layers=self.layers,
             diffuse=_average(diffuse, self._factor),
@@ -128,6 +138,7 @@ class SceneRenderer:
             surface=np.ascontiguousarray(gbuffer.surface[pick]),
             landmark=np.ascontiguousarray(surfaces.landmark[pick]),
             visible_share=self._visible_share(gbuffer),
+            mirror_depth=np.ascontiguousarray(mirrored[pick]),
         )
 
     def close(self) -> None:

@@ -81,3 +81,26 @@ def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, in
     poses[:, 1] = np.interp(s, along, closed[:, 1])
     poses[:, 2] = np.interp(s, along, heading) + laps * (heading[-1] - heading[0])
     return Tour(poses, stamps)
+
+
+def body_twist(tour: Tour, frame: int) -> FloatArray:
+    """The robot's velocity at a frame: the mean of the constant twists from the frame before and to the next.
+
+    Returns
+    -------
+    (3,) float64
+        Forward and left, m/s, in the robot's frame; counter-clockwise, rad/s. 0 for a tour of one frame.
+    """
+    steps = [(k, k + 1) for k in (frame - 1, frame) if 0 <= k < len(tour.stamps) - 1]
+    twists = [_twist(tour.poses[a], tour.poses[b], tour.stamps[b] - tour.stamps[a]) for a, b in steps]
+    return np.mean(twists, axis=0) if twists else np.zeros(3)
+
+
+def _twist(before: FloatArray, after: FloatArray, seconds: float) -> FloatArray:
+    """The constant twist that leads from one pose to another: the logarithm of SE(2) over the time."""
+    turn = float(np.remainder(after[2] - before[2] + np.pi, 2 * np.pi) - np.pi)
+    c, s = np.cos(before[2]), np.sin(before[2])
+    x, y = np.array([[c, s], [-s, c]]) @ (after[:2] - before[:2])
+    half = turn / 2
+    stretch = half / np.tan(half) if abs(half) > 1e-9 else 1.0
+    return np.array([stretch * x + half * y, stretch * y - half * x, turn]) / seconds

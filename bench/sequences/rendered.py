@@ -17,14 +17,18 @@ from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Mount
 from renderers.irradiance import FULL_QUALITY, BakeQuality
+from renderers.metering import Exposure, meter
+from renderers.motion_blur import image_velocity, motion_blurred
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
 from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
+from scenes.tour import body_twist
 from vslam.camera import Calibration, mounting
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
+Velocities = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,8 @@ class RenderedSequence:
         self.scene = load_scene(setup.study)
         self._lighting = Lighting(setup.study, self.scene, as_built(setup.study), setup.colours)
         self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
-        self.sensor, self._optics = sensor(setup.study), Optics(**setup.study.camera.optics.model_dump())
+        self.sensor, self._optics = sensor(setup.study), _optics(setup.study)
+        self._moving: tuple[LightBasis, Velocities] | None = None
 
     def __len__(self) -> int:
         return len(self.scene.tour.stamps)
@@ -82,6 +87,7 @@ class RenderedSequence:
             self._setup.threads,
             self._setup.cache,
             self._setup.quality,
+            mirrored=self.study.camera.optics.motion_blur,
         )
 
     def basis(self, frame: int) -> LightBasis:
@@ -94,23 +100,51 @@ class RenderedSequence:
     ) -> tuple[NDArray, NDArray]:
         """Diffuse and specular luminance of a basis under an illumination, (H, W, 3) float32, cd/m².
 
-        The frame matters where lamps flicker.
+        The frame matters where lamps flicker, and where motion blurs.
         """
-        lighting = self._lighting
-        return relight(basis, lighting.intensity(illumination, frame), lighting.colour(illumination))
+        return self._exposed(basis, illumination, frame)[:2]
 
     def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
         """Take the picture of a frame under an illumination."""
-        diffuse, specular = self.relight(basis, illumination, frame)
-        lighting = self._lighting
+        diffuse, specular, white, exposure = self._exposed(basis, illumination, frame)
         return record(
             self.sensor,
             diffuse,
             specular,
-            mean_white(basis, lighting.intensity(illumination, frame), lighting.colour(illumination)),
+            white,
             generator(self.study.seed, "sensor", illumination.name, frame),
             self.study.sensor.highlight_threshold,
+            exposure,
         )
+
+    def _exposed(
+        self, basis: LightBasis, illumination: Illumination, frame: int
+    ) -> tuple[NDArray, NDArray, FloatArray, Exposure]:
+        """Diffuse and specular light while the shutter is open, its colour, and the metered exposure."""
+        intensity, colours = (
+            self._lighting.intensity(illumination, frame),
+            self._lighting.colour(illumination),
+        )
+        diffuse, specular = relight(basis, intensity, colours)
+        white = mean_white(basis, intensity, colours)
+        exposure = meter(self.sensor, diffuse + specular, white)
+        if self.study.camera.optics.motion_blur:
+            diffuse, specular = (
+                motion_blurred(light, velocity, exposure.seconds)
+                for light, velocity in zip(
+                    (diffuse, specular), self._image_velocities(basis, frame), strict=True
+                )
+            )
+        return diffuse, specular, white, exposure
+
+    def _image_velocities(self, basis: LightBasis, frame: int) -> Velocities:
+        """Of diffuse and of specular light; kept for the frame's other illuminations."""
+        if self._moving is None or self._moving[0] is not basis:
+            eye, twist = camera(self.study.camera), body_twist(self.scene.tour, frame)
+            of_surface = image_velocity(eye, self._mount, twist, basis.depth)
+            of_mirrored = image_velocity(eye, self._mount, twist, basis.mirror_depth)
+            self._moving = basis, (of_surface, of_mirrored)
+        return self._moving[1]
 
     def measured_depth(self, basis: LightBasis, frame: int) -> NDArray[np.float32]:
         """The depth camera's reading: σ grows with z²; nothing beyond its range, (H, W) float32 metres."""
@@ -132,6 +166,11 @@ def calibration(study: RenderedStudy) -> Calibration:
         T_robot_camera=mounting(choice.height_m, 0.0, choice.pitch_deg),
         distortion=choice.distortion,
     )
+
+
+def _optics(study: RenderedStudy) -> Optics:
+    """The study's lens; motion blur is the sequence's."""
+    return Optics(**study.camera.optics.model_dump(exclude={"motion_blur"}))
 
 
 def sensor(study: RenderedStudy) -> Sensor:

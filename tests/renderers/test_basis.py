@@ -243,7 +243,7 @@ class TestRelight:
         intensity = dict(zip(names, rng.uniform(0, 9, count), strict=True))
         colour = {name: rng.uniform(0.5, 1.5, 3) for name in names}
         weights = np.array([intensity[name] * colour[name] for name in names])
-        lit = relight(LightBasis(names, *parts, none, none, none, none), intensity, colour)
+        lit = relight(LightBasis(names, *parts, none, none, none, none, none), intensity, colour)
         np.testing.assert_allclose(lit, np.einsum("plhwc,lc->phwc", parts, weights), rtol=1e-5)
 
     def test_no_light_is_black(self, basis):
@@ -272,7 +272,7 @@ class TestMeanWhite:
         diffuse = np.zeros((2, 4, 4, 3), np.float32)
         diffuse[0], diffuse[1] = 1.0, 3.0
         none = np.zeros((4, 4))
-        return LightBasis(("x", "y"), diffuse, 0 * diffuse, none, none, none, none)
+        return LightBasis(("x", "y"), diffuse, 0 * diffuse, none, none, none, none, none)
 
     def test_weights_colours_by_their_share_of_the_light(self):
         colour = {"x": np.array([1.0, 1.0, 1.0]), "y": np.array([2.0, 1.0, 0.0])}

@@ -25,7 +25,7 @@ def basis_of(room):
     shape = (2, room.height, room.width, 3)
     nowhere, number = np.zeros(shape[1:3], np.float32), np.full(shape[1:3], -1, np.int32)
     layers = noise(5, shape), noise(6, shape)
-    return LightBasis(("sun", "bulb"), *layers, nowhere, number, number, np.zeros(0, np.float32))
+    return LightBasis(("sun", "bulb"), *layers, nowhere, number, number, np.zeros(0, np.float32), nowhere)
 
 
 def noise(seed, shape=(240, 320, 3)):

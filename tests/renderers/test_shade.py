@@ -117,6 +117,28 @@ def test_specular_lobe_in_a_white_furnace(roughness, cosine):
     assert directional_albedo(albedo_table(), cosine, roughness) == pytest.approx((scale, bias), abs=0.01)
 
 
+def test_white_lambert_in_a_white_furnace_gives_back_all_of_it():
+    to_light, weight = hemisphere()
+    to_eye = np.tile(direction(0.3, 0.0), (len(to_light), 1))
+    diffuse, shine = reflected(to_light, to_eye, (1.0, 1.0, 1.0), 0.5, 0.0, 0.0)
+    assert diffuse[:, 0] @ weight == pytest.approx(1.0, abs=1e-4)
+    assert not shine.any()
+
+
+@pytest.mark.parametrize(("cosine", "gain"), [(1.0, 1.0), (0.5, 1.05), (0.2, 1.25)])
+@pytest.mark.parametrize("roughness", [0.25, 0.5, 1.0])
+def test_white_dielectric_in_a_white_furnace(cosine, gain, roughness):
+    """It gains light towards grazing, up to 24 % here, as glTF dims the diffuse part by 1 − F(V·H).
+
+    That is the standard's mix: of each light, what its own half vector reflects, not all that the lobe does.
+    """
+    to_light, weight = hemisphere()
+    to_eye = np.tile(direction(cosine, 0.0), (len(to_light), 1))
+    diffuse, shine = reflected(to_light, to_eye, (1.0, 1.0, 1.0), roughness, 0.0, 1.0)
+    total = (diffuse + shine)[:, 0] @ weight
+    assert 0.9 < total < gain
+
+
 def test_rough_metal_at_normal_incidence_reflects_one_minus_log_two():
     """At α = 1 the lobe is 1/π · 1/2 / (N·L + 1); its integral with N·L is 1 − ln 2."""
     assert sum(directional_albedo(albedo_table(), 1.0, 1.0)) == pytest.approx(1 - np.log(2), abs=0.002)
