@@ -112,7 +112,7 @@ class SceneRenderer:
         layers = list(self._lights.values())
         irradiance = load_or_bake(self._mesh, self._caster, layers, cache, quality)
         self._shader = LayerShader(
-            self._mesh, self._caster, layers, irradiance, quality.bounces >= 0, self._threads
+            self._mesh, self._caster, layers, irradiance, quality.bounces >= 0, self._threads, supersampling
         )
         self._engine = make_engine(engine, self._mesh, camera.enlarged(supersampling), self._caster)
 

@@ -40,7 +40,9 @@ class LayerShader:
         irradiance: Irradiance,
         bounces: bool,
         threads: Threads,
+        supersampling: int,
     ) -> None:
+        self._supersampling = supersampling
         self._mesh, self._caster, self._layers, self._threads = mesh, caster, layers, threads
         self._suns = [
             (k, light) for k, lights in enumerate(layers) for light in lights if isinstance(light, SunLight)
@@ -66,7 +68,9 @@ class LayerShader:
 
     def _ambient(self, surfaces: Surfaces, diffuse: F32, specular: F32) -> None:
         """Bounced light, the sky's, and mirror images; bulbs' images are the highlights of direct light."""
-        reflection = Reflection(self._mesh, self._caster, surfaces, HORIZON_Z, self._threads)
+        reflection = Reflection(
+            self._mesh, self._caster, surfaces, HORIZON_Z, self._threads, self._supersampling
+        )
         light = reflection.bring(self._mirrored, self._albedo, self._sky, self._sunlit(reflection))
 
         def work(part: slice) -> None:
