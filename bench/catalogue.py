@@ -1,4 +1,4 @@
-"""The names that studies may use: scenes, light filters, studies, and the parts of the estimator."""
+"""The names that studies and data sets may use: scenes, filters, studies, layouts, parts of the estimator."""
 
 from __future__ import annotations
 
@@ -38,6 +38,13 @@ def filters() -> list[Entry]:
 def studies() -> list[Entry]:
     """The packaged studies."""
     return [Entry(name, study_files.load(name).title) for name in study_files.names()]
+
+
+def layouts() -> list[Entry]:
+    """The layouts of data sets."""
+    from bench.datasets import layout
+
+    return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
 def check(study: RenderedStudy | DlrStudy) -> None:

@@ -30,21 +30,33 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class GenerateOptions:
-    """What of a study `generate` writes to disk.
+    """What `generate` writes to disk, and how.
 
     Attributes
     ----------
     out : Path
-        The folder that ``<scene>/<illumination>/`` goes into.
+        The data set's folder; new or empty.
     illuminations : tuple of str
         Names out of the study's grid; empty means all.
     frames : int or None
-        The first so many frames of the tour; None means all.
+        The first so many frames of each tour; None means all.
+    layouts : tuple of str
+        Names of `bench.datasets.layout.layouts`.
+    scenes : tuple of str
+        Names out of the library; empty means the study's own.
+    splits : tuple of str
+        Of "train", "validation" and "test"; empty means one set that is not split.
+    workers : int
+        Processes, ≥ 1. The bytes do not depend on it.
     """
 
     out: Path
     illuminations: tuple[str, ...] = ()
     frames: int | None = None
+    layouts: tuple[str, ...] = ("tum",)
+    scenes: tuple[str, ...] = ()
+    splits: tuple[str, ...] = ()
+    workers: int = 1
 
 
 @dataclass(frozen=True)

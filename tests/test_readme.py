@@ -9,6 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import scenes
+from bench.generate import generate
+from bench.options import GenerateOptions
+from bench.progress import Silent
+from bench.study_model import CameraChoice, RenderedStudy
 from renderers.basis import SceneRenderer, relight
 from renderers.camera import Fisheye, Mount
 from scenes.occupancy import true_occupancy
@@ -17,11 +22,15 @@ from vslam.filters import registry
 README = Path(__file__).parent.parent / "README.md"
 
 
-def _example(word: str) -> dict[str, Any]:
+def _block(word: str) -> str:
     blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
     (code,) = [block for block in blocks if word in block]
+    return code
+
+
+def _example(word: str) -> dict[str, Any]:
     namespace: dict[str, Any] = {}
-    exec(compile(code, "README.md", "exec"), namespace)
+    exec(compile(_block(word), "README.md", "exec"), namespace)
     return namespace
 
 
@@ -34,6 +43,29 @@ def test_the_filter_example_is_a_filter(monkeypatch: pytest.MonkeyPatch) -> None
     assert filtered.mask.sum() == 4 and filtered.mask[5, 5]
     np.testing.assert_array_equal(filtered.image, picture)
     assert filtered.score.max() == pytest.approx(250 / 255)
+
+
+@pytest.fixture
+def hall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scene example as a module of its room."""
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "hall.py").write_text(_block("@scene"), encoding="utf-8")
+    monkeypatch.setattr(scenes, "__path__", [*scenes.__path__, str(tmp_path / "room")])
+
+
+@pytest.mark.usefixtures("hall")
+def test_the_data_set_example_reads_a_data_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    study = RenderedStudy(
+        sequence="rendered", name="hall", engine="raycast", camera=CameraChoice(width=32, height=24)
+    )
+    lights = (study.illuminations.grid()[0].name,)
+    generate(study, GenerateOptions(Path("pictures"), lights, 2, scenes=("hall",)), Silent())
+    names = _example("PictureSet")
+    assert names["lit"].shape == (names["first"]["mask"].sum(), 3)
+    assert names["linear"].shape == (24, 32, 3) and 0 < names["linear"].max() <= 2
+    assert len(names["metres"]) == 2 and max(names["metres"]) < 13.2
 
 
 def test_the_scene_example_can_be_rendered_and_driven() -> None:

@@ -16,15 +16,14 @@ class Kind(StrEnum):
     scenes = "scenes"
     filters = "filters"
     studies = "studies"
+    layouts = "layouts"
 
 
 def list_known(kind: Annotated[Kind, typer.Argument(help="What to list.")]) -> None:
-    """List scenes, filters or studies, each with one line about it."""
+    """List scenes, filters, studies or layouts of data sets, each with one line about it."""
     from bench import catalogue
 
-    entries = {"scenes": catalogue.scenes, "filters": catalogue.filters, "studies": catalogue.studies}[
-        kind.value
-    ]()
+    entries = getattr(catalogue, kind.value)()
     width = max((len(entry.name) for entry in entries), default=0)
     for entry in entries:
         typer.echo(f"{entry.name:<{width}}  {entry.summary}".rstrip())

@@ -24,7 +24,7 @@ def speed(
         typer.Option("--only", metavar="NAME", help="One benchmark; repeatable. (Default: all.)"),
     ] = None,
 ) -> None:
-    """Measure ours and a baseline alternately: a sweep of lights, one picture, one light basis."""
+    """Measure ours and a baseline alternately: a sweep of lights, a picture, a light basis, a data set."""
     from rich.console import Console
 
     from bench.data import cache_folder

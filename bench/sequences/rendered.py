@@ -16,6 +16,7 @@ from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Mount
+from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.metering import Exposure, meter
 from renderers.motion_blur import image_velocity, motion_blurred
 from renderers.optics import Optics, basis_through_lens
@@ -44,6 +45,8 @@ class SequenceSetup:
         Of the renderer in this process, 0 for all cores.
     cache : Path, optional
         Where baked light is kept.
+    quality : BakeQuality
+        How much work goes into baked light.
     """
 
     study: RenderedStudy
@@ -51,6 +54,7 @@ class SequenceSetup:
     colours: Colours
     threads: int
     cache: Path | None
+    quality: BakeQuality = FULL_QUALITY
 
 
 class RenderedSequence:
@@ -82,6 +86,7 @@ class RenderedSequence:
             self.study.camera.supersampling,
             self._setup.threads,
             self._setup.cache,
+            self._setup.quality,
             mirrored=self.study.camera.optics.motion_blur,
         )
 

@@ -40,7 +40,6 @@ def camera(configuration: Configuration) -> Pinhole:
 
 def renderer(place: Scene, configuration: Configuration, engine: str, threads: int = 1) -> SceneRenderer:
     """Our renderer of a scene."""
-    quality = BakeQuality(64, 16, 1) if configuration.fast_bake else FULL_QUALITY
     return SceneRenderer(
         place,
         camera(configuration),
@@ -48,8 +47,13 @@ def renderer(place: Scene, configuration: Configuration, engine: str, threads: i
         engine,
         threads=threads,
         cache=configuration.cache,
-        quality=quality,
+        quality=quality(configuration),
     )
+
+
+def quality(configuration: Configuration) -> BakeQuality:
+    """How well light is baked."""
+    return BakeQuality(64, 16, 1) if configuration.fast_bake else FULL_QUALITY
 
 
 def lights(place: Scene, count: int) -> list[dict[str, float]]:

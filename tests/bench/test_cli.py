@@ -57,14 +57,16 @@ def test_help_imports_nothing_heavy():
     assert imported("import bench.cli; bench.cli.execute(['run', '--help'])") == set()
 
 
-@pytest.mark.parametrize("kind", ["scenes", "filters", "studies"])
+@pytest.mark.parametrize("kind", ["scenes", "filters", "studies", "layouts"])
 def test_lists_import_neither_renderer_nor_compiler(kind):
     # OpenCV and SciPy load in a fraction of a second; these take several
     slow = {"open3d", "pyrender", "OpenGL", "colour", "matplotlib", "pandas", "scipy"}
     assert imported(f"import bench.cli; assert bench.cli.execute(['list', '{kind}']) == 0") & slow == set()
 
 
-@pytest.mark.parametrize(("kind", "name"), [("scenes", "corridor"), ("filters", "none"), ("studies", "dlr")])
+@pytest.mark.parametrize(
+    ("kind", "name"), [("scenes", "corridor"), ("filters", "none"), ("studies", "dlr"), ("layouts", "tum")]
+)
 def test_lists_name_what_exists_with_a_line_about_it(capsys, kind, name):
     assert cli.execute(["list", kind]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -84,6 +86,9 @@ def test_lists_name_what_exists_with_a_line_about_it(capsys, kind, name):
         (["run", "--study", "dlr", "--engine", "raycast"], "--engine: study 'dlr' renders nothing"),
         (["run", "--study", "dlr", "--data", "nowhere"], "searched --data nowhere"),
         (["generate"], "--out"),
+        (["generate", "--out", "x", "--resume", "x"], "give one of --out DIR, --resume DIR and --verify DIR"),
+        (["generate", "--verify", "nowhere"], "nowhere: not a data set"),
+        (["generate", "--out", "x", "--layout", "exrs"], "unknown layout 'exrs': did you mean 'exr'"),
         (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' renders nothing"),
         (["generate", "--out", "x", "--illumination", "sum0-bulb1"], "unknown illumination 'sum0-bulb1': "),
         (["list", "filter"], "'filter' is not one of"),

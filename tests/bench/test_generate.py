@@ -1,180 +1,357 @@
-"""Generated data sets: read back with other code, equal to what was rendered, whole or not there at all."""
+"""Making data sets: whole or continued, the same bytes however they came about, and refused in one line."""
 
 from __future__ import annotations
 
+import errno
 import json
+import pickle
+import shutil
+import subprocess
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
-from bench.camera_choice import camera
+import scenes
+from bench import cli
+from bench.datasets import PictureSet
+from bench.datasets.verify import verify
 from bench.errors import BenchError
-from bench.generate import generate
+from bench.generate import generate, resume
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.sequences.lighting import light_colours
-from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study_model import RenderedStudy
-from renderers.camera import pixel_grid
+from bench.study_model import CameraChoice, RenderedStudy
 
-NAME = "sun20000-bulb800"
-FRAMES = 3
+LAYOUTS = ("tum", "euroc", "coco", "exr", "raw")
+LIGHTS = ("sun0-bulb200", "sun20000-bulb800")
+FRAMES = 4
 
 pytestmark = pytest.mark.usefixtures("cache_home")
 
 
 @pytest.fixture(scope="module")
-def folder(short_study: RenderedStudy, cache_home: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("pictures")
-    (written,) = generate(short_study, GenerateOptions(out, (NAME,), FRAMES), Silent())
-    assert written == out / "corridor" / NAME
-    assert list((out / "corridor").iterdir()) == [written]
-    return written
+def study(short_study: RenderedStudy) -> RenderedStudy:
+    """Tiny pictures; the scene, and so its baked light, is that of other tests."""
+    tour = short_study.tour.model_copy(update={"frame_interval_s": 0.05})
+    return short_study.model_copy(update={"camera": CameraChoice(width=32, height=24), "tour": tour})
+
+
+def _options(out: Path, **changes: object) -> GenerateOptions:
+    usual = {"illuminations": LIGHTS, "frames": FRAMES, "layouts": LAYOUTS}
+    return GenerateOptions(out, **{**usual, **changes})
 
 
 @pytest.fixture(scope="module")
-def sequence(short_study: RenderedStudy, cache_home: Path) -> RenderedSequence:
-    colours = light_colours(short_study)
-    return RenderedSequence(SequenceSetup(short_study, "raycast", colours, 0, cache_home / "glarebench"))
+def whole(study: RenderedStudy, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data set made in one go; tests read it only."""
+    out = tmp_path_factory.mktemp("whole") / "set"
+    generate(study, _options(out), Silent())
+    return out
 
 
-def _read(path: Path) -> np.ndarray:
-    picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    assert picture is not None, path
-    return cv2.cvtColor(picture, cv2.COLOR_BGR2RGB) if picture.ndim == 3 else picture
+@pytest.fixture
+def copied(whole: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(whole, tmp_path / "set"))
 
 
-def _associations(path: Path) -> dict[float, str]:
-    lines = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {float(stamp): name for stamp, name in lines}
+def _content(root: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(root)): p.read_bytes() for p in root.rglob("*") if p.is_file()}
 
 
-def test_the_lists_name_every_picture_at_the_time_of_its_pose(folder: Path) -> None:
-    rgb, depth = _associations(folder / "rgb.txt"), _associations(folder / "depth.txt")
-    track = np.loadtxt(folder / "groundtruth.txt")
-    assert list(rgb) == list(depth) == track[:, 0].tolist() == [0.0, 0.5, 1.0]
-    for name in (*rgb.values(), *depth.values()):
-        assert (folder / name).is_file()
+class Calls(Silent):
+    """Calls a function after each step of the stage that writes."""
+
+    def __init__(self, after_step: Callable[[int], None]) -> None:
+        self._after_step, self._steps, self.notices = after_step, 0, list[str]()
+
+    @contextmanager
+    def stage(self, title: str, total: int) -> Iterator[Callable[[int], None]]:
+        yield self._advance if title.startswith("generate") else lambda _: None
+
+    def notice(self, text: str) -> None:
+        self.notices.append(text)
+
+    def _advance(self, steps: int) -> None:
+        self._steps += steps
+        self._after_step(self._steps)
 
 
-def test_the_pictures_are_those_of_the_run(folder: Path, sequence: RenderedSequence) -> None:
-    illumination = next(i for i in sequence.study.illuminations.grid() if i.name == NAME)
-    for frame in range(FRAMES):
-        basis = sequence.basis(frame)
-        recording = sequence.record(basis, illumination, frame)
-        np.testing.assert_array_equal(_read(folder / f"rgb/{frame:06d}.png"), recording.image)
-        raw = _read(folder / f"raw/{frame:06d}.png")
-        assert raw.dtype == np.uint16
-        np.testing.assert_array_equal(raw, recording.raw)
-        np.testing.assert_array_equal(_read(folder / f"mask/{frame:06d}.png") > 0, recording.highlight)
-        depth = _read(folder / f"depth/{frame:06d}.png")
-        assert depth.dtype == np.uint16
-        near = (basis.depth > 0) & (basis.depth < 13)
-        assert (basis.depth > 13.2).any() and (depth[basis.depth > 13.2] == 0).all()  # no number for it
-        np.testing.assert_allclose(depth[near] / 5000, basis.depth[near], atol=1.01e-4)
-        assert (depth[basis.depth == 0] == 0).all()
+def _interrupt_after(steps: int) -> Calls:
+    def check(done: int) -> None:
+        if done == steps:
+            raise KeyboardInterrupt
+
+    return Calls(check)
 
 
-def test_diffuse_and_specular_add_up_to_the_recorded_light(folder: Path, sequence: RenderedSequence) -> None:
-    """Independent of our sensor code: linear light, white balance and the sRGB curve, written out here."""
-    meta = json.loads((folder / "meta.json").read_text())
-    full_scale = 65535.0
-    for frame in range(FRAMES):
-        linear = sum(
-            _read(folder / f"{part}/{frame:06d}.png").astype(float) / full_scale
-            for part in ("diffuse", "specular")
-        )
-        balanced = np.clip(linear * np.array(meta["white_balance"][frame]), 0, 1)
-        encoded = 255 * np.where(
-            balanced <= 0.0031308, 12.92 * balanced, 1.055 * balanced ** (1 / 2.4) - 0.055
-        )
-        recorded = _read(folder / f"rgb/{frame:06d}.png").astype(float)
-        unclipped = (linear < 0.99).all(axis=-1)
-        difference = (recorded - encoded)[unclipped]
-        assert abs(np.median(difference)) < 1.0  # noise has no bias in the middle
-        assert np.percentile(np.abs(difference), 99) < 40
+def test_every_file_is_listed_with_its_digest(whole):
+    listed = set(json.loads((whole / "dataset.json").read_text())["files"])
+    assert listed == set(_content(whole)) - {"dataset.json"}
+    verdict = verify(whole, Silent())
+    assert (verdict.files, verdict.problems) == (len(listed), ())
 
 
-def test_a_mosaic_on_disk_develops_to_the_picture_beside_it(
-    short_study: RenderedStudy, tmp_path: Path
-) -> None:
-    """By OpenCV and what meta.json says: black, white balance, demosaicing, colour matrix, sRGB."""
-    sensor = {"preset": "machine-vision", "sensitivities": "nikon-5100", "exposure": 0.002, "gain_db": 6}
-    study = RenderedStudy.model_validate(short_study.model_dump(mode="json") | {"sensor": sensor})
-    (written,) = generate(study, GenerateOptions(tmp_path, (NAME,), 1), Silent())
-    meta, raw = json.loads((written / "meta.json").read_text()), _read(written / "raw/000000.png")
-    assert raw.dtype == np.uint16 and raw.shape == (240, 320)
-    assert meta["gain_db"] == [6.0] and meta["sensor"]["colour_filter_array"] == "RGGB"
-    black, white = meta["sensor"]["black_level_dn"], 2 ** meta["sensor"]["bit_depth"] - 1
-    planes = cv2.demosaicing(raw, cv2.COLOR_BayerBG2RGB)  # OpenCV's name for RGGB
-    linear = (planes.astype(float) - black) / (white - black)
-    balanced = np.clip(linear * meta["white_balance"][0], 0, 1) @ np.transpose(meta["colour_matrix"])
-    light = np.clip(balanced, 0, 1)
-    encoded = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    difference = encoded - _read(written / "rgb/000000.png")
-    assert np.median(np.abs(difference)) < 4  # bilinear there, Malvar here
-    assert np.abs(np.median(difference, axis=(0, 1))).max() < 1
+def test_the_same_bytes_for_two_processes(whole, study, tmp_path):
+    generate(study, _options(tmp_path / "set", workers=2), Silent())
+    assert _content(tmp_path / "set") == _content(whole)
 
 
-def test_landmarks_and_poses_are_the_scene_s(folder: Path, sequence: RenderedSequence) -> None:
-    rows = np.genfromtxt(folder / "landmarks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    np.testing.assert_allclose(
-        np.column_stack([rows["x_m"], rows["y_m"]]), sequence.scene.landmark_positions, atol=1e-6
+def test_an_interrupted_data_set_is_continued_to_the_same_bytes(whole, study, tmp_path):
+    out = tmp_path / "set"
+    with pytest.raises(KeyboardInterrupt):
+        generate(study, _options(out), _interrupt_after(2))
+    unfinished = verify(out, Silent()).problems
+    assert unfinished == ("dataset.json: missing, as only 4 of 8 pictures are made",)
+    with (out / "pictures.jsonl").open("ab") as index:
+        index.write(b'{"sequence":"corridor/sun0')  # as a crash leaves it
+    resume(out, 1, Silent())
+    assert _content(out) == _content(whole)
+
+
+def test_what_is_there_is_not_made_again(copied):
+    (copied / "tum/corridor/sun0-bulb200/rgb/000002.png").unlink()
+    steps = []
+    resume(copied, 1, Calls(steps.append))
+    assert steps == [1]
+
+
+def test_verify_names_each_damaged_and_missing_file_and_resume_mends_them(whole, copied):
+    picture = copied / "tum/corridor/sun0-bulb200/rgb/000001.png"
+    data = bytearray(picture.read_bytes())
+    data[len(data) // 2] ^= 1  # one bit, the same size
+    picture.write_bytes(data)
+    (copied / "exr/corridor/sun20000-bulb800/000003.exr").unlink()
+    (copied / "coco/corridor/sun0-bulb200/annotations.json").write_text("{}")
+    assert set(verify(copied, Silent()).problems) == {
+        "tum/corridor/sun0-bulb200/rgb/000001.png: damaged",
+        "exr/corridor/sun20000-bulb800/000003.exr: missing",
+        "coco/corridor/sun0-bulb200/annotations.json: damaged",
+    }
+    resume(copied, 1, Silent())
+    assert _content(copied) == _content(whole)
+
+
+@pytest.mark.parametrize("name", ["dataset.json", "pictures.jsonl"])
+def test_a_damaged_index_is_named_and_mended(whole, copied, name):
+    (copied / name).write_bytes((whole / name).read_bytes()[:-100])
+    assert verify(copied, Silent()).problems == (f"{name}: damaged",)
+    resume(copied, 1, Silent())
+    assert _content(copied) == _content(whole)
+
+
+@contextmanager
+def _small_disk(at: Path, size: str) -> Iterator[Path]:
+    """A file system of a few megabytes, where the machine lets us have one."""
+    at.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(at)], capture_output=True, check=False
     )
+    if mounted.returncode:
+        pytest.skip("may not mount a small file system")
+    try:
+        yield at
+    finally:
+        subprocess.run(["umount", "-l", str(at)], check=True)
 
 
-def test_the_ground_truth_is_the_camera_s_pose(folder: Path, sequence: RenderedSequence) -> None:
-    """Depth, back-projected through the poses on disk alone, puts the floor at z = 0."""
-    track = np.loadtxt(folder / "groundtruth.txt")
-    np.testing.assert_allclose(track[:, 1:3], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8)
-    np.testing.assert_allclose(track[:, 3], sequence.study.camera.height_m)
-    eye = camera(sequence.study.camera)
-    rays = eye.unproject(pixel_grid(eye))
-    for frame in range(FRAMES):
-        rotation = Rotation.from_quat(track[frame, 4:8]).as_matrix()
-        z = _read(folder / f"depth/{frame:06d}.png") / 5000
-        on_floor = (sequence.basis(frame).surface == 0) & (z > 0) & (rays[..., 2] > 0.2)
-        points = rays[on_floor] / rays[on_floor][:, 2:] * z[on_floor][:, None]
-        height = points @ rotation[2] + track[frame, 3]
-        assert on_floor.sum() > 5000 and np.abs(height).max() < 0.01
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_full_disk_stops_cleanly_and_is_continued(whole, study, tmp_path, processes):
+    with _small_disk(tmp_path / "disk", "2M") as disk:
+        ballast, out = disk / "ballast", disk / "set"
+
+        def fill(done: int) -> None:
+            if done == 1:
+                with pytest.raises(OSError) as full, ballast.open("wb", buffering=0) as file:
+                    while True:
+                        file.write(bytes(4096))
+                assert full.value.errno == errno.ENOSPC
+
+        with pytest.raises(BenchError, match=r"No space left on device; make room, then .*--resume") as error:
+            generate(study, _options(out, workers=processes), Calls(fill))
+        assert "\n" not in str(error.value)
+        assert not (out / "dataset.json").exists() and not list(out.rglob("*.partial"))
+        assert len(verify(out, Silent()).problems) == 1  # unfinished, but all that is listed is whole
+        with pytest.raises(BenchError, match=r"No space left on device|MB free"):
+            resume(out, processes, Silent())
+        ballast.unlink()
+        resume(out, processes, Silent())
+        assert _content(out) == _content(whole)
 
 
-def test_an_existing_folder_is_refused_and_kept(folder: Path, short_study: RenderedStudy) -> None:
-    before = sorted(folder.rglob("*"))
-    with pytest.raises(BenchError, match="exists already"):
-        generate(short_study, GenerateOptions(folder.parent.parent, (NAME,), 1), Silent())
-    assert sorted(folder.rglob("*")) == before
+def test_the_size_is_said_beforehand_and_about_right(whole, study, tmp_path):
+    told = Calls(lambda _: None)
+    generate(study, _options(tmp_path / "set"), told)
+    (notice,) = told.notices
+    assert notice.startswith("8 pictures, about ")
+    megabytes = float(notice.split()[3])
+    listed = json.loads((whole / "dataset.json").read_text())["files"]
+    pictures = sum(f["bytes"] for path, f in listed.items() if path.endswith((".png", ".exr")))
+    assert megabytes == pytest.approx(pictures / 1e6, rel=0.3, abs=0.05)
 
 
-def test_an_unknown_illumination_suggests_the_near_one(short_study: RenderedStudy, tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match="did you mean 'sun20000-bulb800'"):
-        generate(short_study, GenerateOptions(tmp_path, ("sun20000-bulb80",), 1), Silent())
+def test_too_little_disk_is_said_before_pictures_are_made(study, tmp_path):
+    with _small_disk(tmp_path / "disk", "256k") as disk:
+        with pytest.raises(BenchError, match="MB needed"):
+            generate(study, _options(disk / "set", frames=None), Silent())
+        assert [p.name for p in (disk / "set").iterdir()] == ["request.json"]
+
+
+def test_memory_does_not_grow_with_the_number_of_pictures(study, tmp_path):
+    def peak(out: Path, frames: int) -> int:
+        tracemalloc.start()
+        generate(study, _options(out, frames=frames, layouts=("tum", "coco")), Silent())
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return most
+
+    peak(tmp_path / "first", 2)  # loads and compiles
+    few, many = peak(tmp_path / "few", 6), peak(tmp_path / "many", 60)
+    assert many < few + 300_000  # 108 pictures more; one of them has 20 kB of arrays, its index line 2 kB
+
+
+def test_the_reader_gives_what_a_data_loader_takes(whole):
+    pictures = pickle.loads(pickle.dumps(PictureSet(whole)))
+    assert len(pictures) == len(LIGHTS) * FRAMES == len(list(pictures))
+    item = pictures[5]
+    assert (item["sequence"], item["frame"]) == ("corridor/sun20000-bulb800", 1)
+    kinds = {name: (a.shape, str(a.dtype)) for name, a in item.items() if isinstance(a, np.ndarray)}
+    assert kinds == {
+        "pose": ((3,), "float64"),
+        "image": ((24, 32, 3), "uint8"),
+        "depth": ((24, 32), "float32"),
+        "mask": ((24, 32), "bool"),
+        "diffuse": ((24, 32, 3), "float32"),
+        "specular": ((24, 32, 3), "float32"),
+    }
+    assert all(a.flags.writeable for a in item.values() if isinstance(a, np.ndarray))
+    batch = {name: np.stack([pictures[k][name] for k in range(8)]) for name in kinds}  # as collating does
+    assert batch["image"].shape == (8, 24, 32, 3)
+    with pytest.raises(IndexError):
+        pictures[len(pictures)]
+    np.testing.assert_array_equal(pictures[-1]["image"], pictures[len(pictures) - 1]["image"])
+
+
+def test_the_reader_s_layouts_agree(whole):
+    tum, exr, raw = (PictureSet(whole, layout) for layout in ("tum", "exr", "raw"))
+    for layout in ("euroc", "coco"):
+        np.testing.assert_array_equal(PictureSet(whole, layout)[6]["image"], tum[6]["image"])
+    np.testing.assert_allclose(exr[6]["full"], exr[6]["diffuse"] + exr[6]["specular"], rtol=2e-3, atol=1e-3)
+    near = exr[6]["depth"] < 13
+    np.testing.assert_allclose(tum[6]["depth"][near], exr[6]["depth"][near], atol=1.01e-4)
+    brightness = raw[6]["raw"].astype(float).ravel()
+    assert np.corrcoef(brightness, np.minimum(tum[6]["diffuse"] + tum[6]["specular"], 1).ravel())[0, 1] > 0.99
+
+
+def test_the_reader_refuses_what_is_not_there(whole, tmp_path):
+    with pytest.raises(BenchError, match="did you mean 'tum'"):
+        PictureSet(whole, "tumm")
+    with pytest.raises(BenchError, match=r"unknown layout of .* 'exr-float': did you mean 'exr'"):
+        PictureSet(whole, "exr-float")
+    with pytest.raises(BenchError, match=r"unknown split of .* 'train': known: all"):
+        PictureSet(whole, split="train")
+    with pytest.raises(BenchError, match=r"dataset.json: cannot be read"):
+        PictureSet(tmp_path)
+
+
+HALL = """
+import numpy as np
+from scenes.geometry import rectangle, surface
+from scenes.library import scene
+from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun
+from scenes.tour import drive, rounded_loop
+
+@scene("hall")
+def build(seed=0, speed_mps=0.93, frame_interval_s=0.5):
+    "An open hall."
+    grey = Material((0.3, 0.3, 0.3), roughness=0.2)
+    floor = surface("floor", grey, rectangle((0, 0, 0), (8, 0, 0), (0, 8, 0)))
+    places = np.random.default_rng(seed).uniform(1, 7, (4, 2))
+    discs = tuple(Landmark(k, tuple(p), 0.15, white=k < 2) for k, p in enumerate(places.tolist()))
+    way = rounded_loop(np.array([[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0]]), radius=0.5)
+    tour = drive(way, 0.0, 12.0, speed_mps, frame_interval_s)
+    return Scene("hall", (floor,), discs, (Sun(180, 40, 20_000),), Sky(2_500), (Bulb((4, 4, 2.5), 800),),
+                 tour, "floor", (0.85,) * 3, (0.03,) * 3, (0, 0, 8, 8))
+"""
+
+
+@pytest.fixture
+def hall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene that bakes in no time, found as any module of the room is."""
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "hall.py").write_text(HALL)
+    monkeypatch.setattr(scenes, "__path__", [*scenes.__path__, str(tmp_path / "room")])
+
+
+@pytest.mark.usefixtures("hall")
+def test_splits_share_no_geometry_and_are_read_apart(study, tmp_path):
+    out = tmp_path / "set"
+    splits = ("train", "test")
+    generate(study, _options(out, scenes=("hall",), splits=splits, frames=1, layouts=("tum",)), Silent())
+    train, test = (PictureSet(out, split=split) for split in splits)
+    assert {train[k]["sequence"] for k in range(2)} == {f"hall-train/{light}" for light in LIGHTS}
+    assert {test[k]["sequence"] for k in range(2)} == {f"hall-test/{light}" for light in LIGHTS}
+    marks = [(out / f"tum/hall-{split}/{LIGHTS[0]}/landmarks.csv").read_text() for split in splits]
+    assert marks[0] != marks[1]
+    manifest = json.loads((out / "dataset.json").read_text())
+    assert {split: len(names) for split, names in manifest["splits"].items()} == {"train": 2, "test": 2}
+    import mlcroissant
+
+    records = list(mlcroissant.Dataset(str(out / "croissant.json")).records("pictures"))
+    assert [r["pictures/split"] for r in records] == [b"train", b"train", b"test", b"test"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--layout", "tmu"], "unknown layout 'tmu': did you mean 'tum'?"),
+        (["--scene", "coridor"], "unknown scene 'coridor': did you mean 'corridor'?"),
+        (["--split", "tests"], "unknown split 'tests': did you mean 'test'?"),
+        (
+            ["--illumination", "sun0-bulb10"],
+            "'sun0-bulb10': did you mean 'sun0-bulb100'",
+        ),
+    ],
+)
+def test_unknown_names_are_one_line_and_write_nothing(capsys, tmp_path, arguments, expected):
+    assert cli.execute(["generate", "--out", str(tmp_path / "x"), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert expected in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_interrupted_job_leaves_no_half_written_folder(short_study: RenderedStudy, tmp_path: Path) -> None:
-    class Interrupts(Silent):
-        def stage(self, title: str, total: int):  # type: ignore[no-untyped-def]
-            if title == "generate":
-                raise KeyboardInterrupt
-            return super().stage(title, total)
-
-    with pytest.raises(KeyboardInterrupt):
-        generate(short_study, GenerateOptions(tmp_path, (NAME,), 2), Interrupts())
-    assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
-    assert list((tmp_path / "corridor").iterdir()) == []
+def test_a_folder_that_holds_something_is_refused_and_kept(copied, study):
+    before = _content(copied)
+    with pytest.raises(BenchError, match=r"exists already; continue it with --resume"):
+        generate(study, _options(copied), Silent())
+    assert _content(copied) == before
 
 
-def test_too_little_disk_is_said_before_anything_is_written(
-    short_study: RenderedStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import shutil
+def test_the_command_verifies(capsys, copied):
+    assert cli.execute(["generate", "--verify", str(copied)]) == 0
+    assert "all whole" in capsys.readouterr().out
+    (copied / "frames.csv").unlink()
+    assert cli.execute(["generate", "--verify", str(copied)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "frames.csv: missing\n"
+    assert "1 files missing or damaged; mend them with: python -m bench generate --resume" in printed.err
+    assert cli.execute(["generate", "--resume", str(copied)]) == 0
+    assert cli.execute(["generate", "--verify", str(copied)]) == 0
 
-    full = shutil.disk_usage(tmp_path)._replace(free=1000)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: full)
-    with pytest.raises(BenchError, match="MB needed"):
-        generate(short_study, GenerateOptions(tmp_path, (NAME,), 2), Silent())
-    assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
+
+def test_another_version_does_not_continue(copied):
+    request = json.loads((copied / "request.json").read_text())
+    (copied / "request.json").write_text(json.dumps(request | {"glarebench": "0.0.1"}))
+    with pytest.raises(BenchError, match=r"begun by glarebench 0\.0\.1, this is"):
+        resume(copied, 1, Silent())
+
+
+@pytest.mark.parametrize("content", [None, "{}", "no JSON"])
+def test_what_is_no_data_set_is_refused(tmp_path, content):
+    if content is not None:
+        (tmp_path / "request.json").write_text(content)
+    for command in (lambda: verify(tmp_path, Silent()), lambda: resume(tmp_path, 1, Silent())):
+        with pytest.raises(BenchError, match=r"not a data set|cannot be read"):
+            command()

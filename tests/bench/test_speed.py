@@ -1,12 +1,13 @@
 """``bench speed``: its shape on a tiny configuration, and that both sides do the same work. No test times."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
 
 from bench import cli
-from bench.speed import basis, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.speed import basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
 from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
@@ -24,7 +25,7 @@ def tiny(tmp_path_factory):
     return replace(TINY, cache=tmp_path_factory.mktemp("baked"))
 
 
-@pytest.mark.parametrize("name", ["basis", "relight_expose", "sweep"])
+@pytest.mark.parametrize("name", ["basis", "generate", "relight_expose", "sweep"])
 def test_each_benchmark_measures_both_sides(tiny, name):
     result = measure(registry.benchmarks()[name], tiny)
     assert result.name == name
@@ -84,6 +85,16 @@ def test_the_plain_sensor_takes_the_same_picture():
     assert a.mean() == pytest.approx(b.mean(), rel=2e-3)
     assert (a - b).mean() == pytest.approx(0.0, abs=4 * (a - b).std() / np.sqrt(a.size))
     assert a.std() == pytest.approx(b.std(), rel=5e-3)
+
+
+def test_both_sides_write_the_same_pictures(tiny, tmp_path):
+    pickled = pickle.dumps(generate.job(tiny, tmp_path))
+    (tmp_path / "alone").mkdir()
+    assert generate._ours((pickled, 1)) == generate._baseline((tmp_path, 1)) == tiny.illuminations
+    written = sorted(path.read_bytes() for path in (tmp_path / "tum").rglob("*.png"))
+    assert written == sorted(path.read_bytes() for path in (tmp_path / "alone").iterdir())
+    assert len(written) == 5 * tiny.illuminations
+    assert generate.write_speed(tmp_path, size=4_000_000) > 1e5
 
 
 def test_relighting_is_the_same_on_both_sides(tiny):
