@@ -41,7 +41,7 @@ class BakeQuality:
     bounces: int = 8
 
 
-WARM_UP, SAMPLE = 4, 256
+WARM_UP, SAMPLE = 4, 1024
 """Points that are timed to tell how long all will take."""
 
 FULL_QUALITY = BakeQuality()
