@@ -18,24 +18,27 @@ SUBSAMPLES = 4
 
 @dataclass(frozen=True, eq=False)
 class Discs:
-    """A scene's landmarks as columns: centre (n, 2), radius (n,), colour (n, 3), float32; id (n,) int32."""
+    """A scene's landmarks as columns: centre (n, 2), radius (n,), colour (n, 3), float32; id (n,) int32.
+
+    ``floor`` (surfaces + 1,) bool tells the surfaces that carry them; its last is for the bulbs and the sky.
+    """
 
     centre: F32
     radius: F32
     colour: F32
     id: I32
-    floor: int
+    floor: NDArray[np.bool_]
 
     @staticmethod
     def of(scene: Scene) -> Discs:
-        """Take a scene's landmarks; ``floor`` is the index of the surface that carries them."""
+        """Take a scene's landmarks."""
         paint = [scene.paint_white if m.white else scene.paint_black for m in scene.landmarks]
         return Discs(
             scene.landmark_positions.astype(np.float32),
             np.array([m.radius for m in scene.landmarks], dtype=np.float32),
             np.array(paint, dtype=np.float32).reshape(-1, 3),
             np.array([m.id for m in scene.landmarks], dtype=np.int32),
-            [s.name for s in scene.surfaces].index(scene.floor),
+            np.array([*(s.name in (scene.floor, *scene.inlays) for s in scene.surfaces), False]),
         )
 
 
@@ -88,7 +91,7 @@ def _paint(
     position: F32,
     row_step: F32,
     column_step: F32,
-    floor: int,
+    floor: NDArray[np.bool_],
     centre: F32,
     radius: F32,
     colour: F32,
@@ -102,7 +105,7 @@ def _paint(
         west = south = np.inf
         east = north = -np.inf
         for c in range(width):  # the part of the floor that this row shows
-            if surface[r, c] == floor:
+            if floor[surface[r, c]]:
                 reach[c] = 0.5 * (
                     np.hypot(row_step[r, c, 0], row_step[r, c, 1])
                     + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
@@ -119,7 +122,7 @@ def _paint(
                 near[count] = k
                 count += 1
         for c in range(width):
-            if surface[r, c] != floor:
+            if not floor[surface[r, c]]:
                 continue
             x, y = position[r, c, 0], position[r, c, 1]
             for k in near[:count]:

@@ -208,6 +208,8 @@ class Scene:
         indoors, a day as many as it is looked at. An illumination weights at most one.
     floor : str
         Name of the surface (z = 0) that carries the landmarks.
+    inlays : tuple of str
+        Surfaces let into the floor (z = 0) that carry them as well, such as a second colour of tile.
     paint_white, paint_black : (r, g, b)
         Linear reflectance of the landmark discs. Paint lies under the floor's polish: a disc changes the
         floor's base colour and keeps its gloss.
@@ -226,6 +228,7 @@ class Scene:
     paint_white: Rgb
     paint_black: Rgb
     bounds: tuple[float, float, float, float]
+    inlays: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.commands.parameters import StudyOption
+from bench.commands.parameters import DataOption, StudyOption
 
 EXAMPLE = "Example: python -m bench generate --out pictures --illumination sun90000-bulb800 --frames 20"
 
@@ -25,9 +25,10 @@ def generate(
         int | None,
         typer.Option("--frames", min=1, metavar="N", help="The first N of the tour. (Default: all.)"),
     ] = None,
+    data: DataOption = None,
 ) -> None:
     """Write a study's pictures and their ground truth as TUM RGB-D folders."""
-    from bench import catalogue
+    from bench import catalogue, log_parts
     from bench.errors import BenchError
     from bench.options import GenerateOptions
     from bench.progress import Bars
@@ -36,6 +37,7 @@ def generate(
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
+    chosen = log_parts.resolved(chosen, data)
     catalogue.check(chosen)
     from bench.generate import generate as write_pictures
 

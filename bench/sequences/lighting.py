@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bench.illumination_grid import Illumination
 from bench.sequences import lamps
+from bench.sequences.dlr_drive import drive_log
 from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
@@ -38,15 +39,15 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 def as_built(study: RenderedStudy) -> Scene:
     """The scene with its builder's own sun and groups of lamps; the lamps fitted as the study has them."""
-    scene = library.load(
-        study.scene.name,
-        **{
-            "seed": study.scene.seed,
-            "speed_mps": study.tour.speed_mps,
-            "frame_interval_s": study.tour.frame_interval_s,
-            **study.scene.parameters,
-        },
-    )
+    parameters = {
+        "seed": study.scene.seed,
+        "speed_mps": study.tour.speed_mps,
+        "frame_interval_s": study.tour.frame_interval_s,
+        **study.scene.parameters,
+    }
+    if isinstance(parameters.get("log"), str):
+        parameters["log"] = drive_log(Path(parameters["log"]))
+    scene = library.load(study.scene.name, **parameters)
     return lamps.fitted(scene, study.scene.lamps)
 
 

@@ -52,7 +52,8 @@ def test_marking_a_builder_is_enough(monkeypatch):
         """
         return size
 
+    before = library.names()
     monkeypatch.setattr(scenes.corridor, "yard", build, raising=False)
-    assert library.names() == ["corridor", "yard"]
+    assert library.names() == sorted([*before, "yard"])
     assert library.load("yard", size=5.0) == 5.0
-    assert library.describe()[1] == library.SceneInfo("yard", "An open yard.", {"size": 3.0})
+    assert library.SceneInfo("yard", "An open yard.", {"size": 3.0}) in library.describe()
