@@ -52,7 +52,8 @@ def check(study: RenderedStudy | DlrStudy) -> None:
     from vslam.slam import SlamSettings
 
     if isinstance(study, RenderedStudy):
-        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+        if study.scene.file is None:
+            _known("scene", [study.scene.name], (entry.name for entry in scenes()))
         _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
         _try_parameters(study)
         _try_lights(study)

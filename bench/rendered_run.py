@@ -57,9 +57,12 @@ def prepared(
 ) -> Iterator[SequenceSetup]:
     """What every process needs, with the scene's light baked where it will be found."""
     with _writable_cache() as cache:
+        scene = load_scene(study)
+        for text in scene.notices:
+            progress.notice(text)
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
             setup = SequenceSetup(study, engine, light_colours(study, cache), 0, cache)
-            bake_scene(load_scene(study), cache)
+            bake_scene(scene, cache, progress.notice)
             advance(1)
         yield setup
 

@@ -66,5 +66,9 @@ def _write_provenance(
     collected = provenance.collect(
         seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
     )
-    notice = {"study": study.name, "engine_notice": facts.engine_notice}
-    folder.write_json("provenance.json", notice | collected)
+    first: dict[str, object] = {"study": study.name, "engine_notice": facts.engine_notice}
+    if isinstance(study, RenderedStudy) and study.scene.file is not None:
+        from bench.own_scene.build import sha256
+
+        first["scene_file_sha256"] = sha256(study)
+    folder.write_json("provenance.json", first | collected)

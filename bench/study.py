@@ -12,7 +12,14 @@ from pydantic import ValidationError
 
 from bench.errors import BenchError, unknown_name
 from bench.study_errors import reason
-from bench.study_model import SEQUENCES, DlrStudy, FilterChoice, Illumination, RenderedStudy, Study
+from bench.study_model import (
+    SEQUENCES,
+    DlrStudy,
+    FilterChoice,
+    Illumination,
+    RenderedStudy,
+    Study,
+)
 
 __all__ = [
     "DlrStudy",

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from bench.camera_choice import CameraChoice, OpticsChoice
+from bench.file_scene import FileScene, name_of
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.sensor_choice import SensorChoice
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
@@ -21,6 +22,7 @@ __all__ = [
     "DepthNoise",
     "DiscChoice",
     "DlrStudy",
+    "FileScene",
     "FilterChoice",
     "Illumination",
     "IlluminationGrid",
@@ -66,12 +68,35 @@ class LampChoice(Part):
 
 
 class SceneChoice(Part):
-    """A scene of the library (`scenes.library`), the parameters of its builder, and what its lamps are."""
+    """A scene of the library (`scenes.library`) with the parameters of its builder, or one out of a ``file``;
+    and what its lamps are. A file's scene is named after the file unless it has a ``name``.
+
+    ``seed`` is the builder's; with a ``split`` it counts that split's scenes (`scenes.splits`), so that what
+    is chosen on ``train`` can be judged on ``test``.
+    """
 
     name: Name = "corridor"
+    split: Literal["train", "test", "validation"] | None = None
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
+    file: FileScene | None = None
     lamps: LampChoice = LampChoice()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_after_file(cls, value: Any) -> Any:
+        if not isinstance(value, dict) or "name" in value or value.get("file") is None:
+            return value
+        file = value["file"]
+        path = file.get("path") if isinstance(file, dict) else file
+        return {**value, "name": name_of(path)} if isinstance(path, str) else value
+
+    @model_validator(mode="after")
+    def _parameters_of_library(self) -> SceneChoice:
+        for key in ("parameters", "split"):
+            if self.file is not None and getattr(self, key):
+                raise ValueError(f"{key} is for scenes of the library; a file has its own keys under file")
+        return self
 
 
 class TourChoice(Part):

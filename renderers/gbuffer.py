@@ -53,8 +53,8 @@ class GBuffer:
     distance : (H, W) float32
         Along the pixel's ray, metres; inf for the sky.
     position, normal : (H, W, 3) float32
-        Of the point seen; the normal faces the camera. For the sky the camera's position, and no normal: 0,
-        which no light falls on.
+        Of the point seen; the normal faces the camera, and on curved surfaces lies between the vertices'. For
+        the sky the camera's position, and no normal: 0, which no light falls on.
     barycentric : (H, W, 2) float32
         Weights of the triangle's second and third vertex; 0 for the sky.
     surface : (H, W) int32
@@ -106,6 +106,8 @@ def fill(mesh: SceneMesh, view: View, engine: Engine, threads: Threads = ALONE) 
             mesh.vertices,
             mesh.triangles,
             mesh.normals,
+            mesh.vertex_normals,
+            mesh.curved,
             mesh.surface,
             view.directions.reshape(-1, 3)[part],
             triangle.reshape(-1)[part],
@@ -147,6 +149,8 @@ def _derive(
     vertices: F32,
     triangles: I32,
     normals: F32,
+    vertex_normals: F32,
+    curved: NDArray[np.bool_],
     surfaces: I32,
     directions: F32,
     triangle: I32,
@@ -181,6 +185,25 @@ def _derive(
         barycentric[i, 0] = (cc * pb - bc * pc) * scale
         barycentric[i, 1] = (bb * pc - bc * pb) * scale
         surface[i] = surfaces[t]
+        if curved[t]:
+            _bend(normal[i], vertex_normals, triangles[t], barycentric[i], directions[i])
+
+
+@njit(cache=True, nogil=True)
+def _bend(normal: F32, vertex_normals: F32, corners: I32, weights: F32, ray: F32) -> None:
+    """Turn a flat normal (3,) to that between its corners', on the same side and not away from its ray."""
+    v, w = max(weights[0], np.float32(0)), max(weights[1], np.float32(0))
+    u = max(np.float32(1) - (weights[0] + weights[1]), np.float32(0))
+    a, b, c = vertex_normals[corners[0]], vertex_normals[corners[1]], vertex_normals[corners[2]]
+    bent = u * a + v * b + w * c
+    if bent[0] * normal[0] + bent[1] * normal[1] + bent[2] * normal[2] < 0.0:
+        bent = -bent
+    bent /= max(np.sqrt(bent[0] ** 2 + bent[1] ** 2 + bent[2] ** 2), np.float32(1e-6))
+    away = bent[0] * ray[0] + bent[1] * ray[1] + bent[2] * ray[2]
+    if away > 0.0:  # at a silhouette: turned until it is seen edge-on
+        bent = bent - away * ray
+        bent /= max(np.sqrt(bent[0] ** 2 + bent[1] ** 2 + bent[2] ** 2), np.float32(1e-6))
+    normal[:] = bent
 
 
 @njit(cache=True, nogil=True)

@@ -1,4 +1,4 @@
-"""Light that bounces: indirect and sky illuminance, baked once per scene at the mesh's vertices.
+"""Light that bounces: indirect and sky illuminance, baked once per scene at (some of) the mesh's vertices.
 
 The gather is linear in each light's intensity, so it is baked per layer of the light basis at unit
 intensity. From each vertex, cosine-distributed rays (so that their mean is the integral E = ∫ L cos θ dω)
@@ -8,12 +8,15 @@ later bounces is interpolated from the vertices, and the fixed point is iterated
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from renderers.appearance import materials_at
+from renderers.bake_points import MOST_POINTS, BakePoints, bake_points
 from renderers.gbuffer import F32
 from renderers.lights import HORIZON_Z, OFFSET_M, DirectLight, SkyLight, UnitLight, bounding_balls
 from renderers.lobe_albedo import mean_albedo
@@ -40,6 +43,15 @@ class BakeQuality:
     bounce_rays: int = 512
     bounces: int = 8
 
+
+BOUNCE_FOOTPRINT_M = 0.1
+"""What a bounced ray sees of a texture: 512 rays over a hemisphere are 0.1 m apart at a metre's distance."""
+
+WARM_UP, SAMPLE = 4, 256
+"""Points that are timed to tell how long all will take."""
+
+CAST_AT_ONCE = 4096
+"""Points whose bounce rays are cast together; bounds the memory."""
 
 FULL_QUALITY = BakeQuality()
 DIRECT_ONLY = BakeQuality(bounces=-1)
@@ -69,16 +81,44 @@ def bake(
 ) -> Irradiance:
     """Bake the illuminance of each layer, a layer being the lights that share an intensity."""
     points, normals = _vertex_frames(mesh)
+    at = bake_points(points, normals)
     direct = np.stack([_direct(points, normals, layer, caster, POINTS) for layer in layers])
-    gather = _Gather(mesh, caster, points + np.float32(OFFSET_M) * normals, normals, quality)
+    lifted = points[at.chosen] + np.float32(OFFSET_M) * normals[at.chosen]
+    gather = _Gather(mesh, caster, lifted, normals[at.chosen], at.spread, quality)
     once = np.stack([gather.sky(layer) for layer in layers])
     if quality.bounces < 0:
-        return Irradiance(once, np.zeros_like(once))
+        indirect = _spread(at, once)
+        return Irradiance(indirect, np.zeros_like(indirect))
     once += np.stack([gather.first_bounce(layer) for layer in layers])
     indirect = once.copy()
     for _ in range(quality.bounces):
         indirect = once + np.stack([gather.bounce(layer) for layer in indirect])
-    return Irradiance(indirect.astype(np.float32), (indirect + direct[..., None]).astype(np.float32))
+    indirect = _spread(at, indirect)
+    return Irradiance(indirect, (indirect + direct[..., None]).astype(np.float32))
+
+
+def expected_seconds(
+    mesh: SceneMesh, caster: RayCaster, layers: list[list[UnitLight]], quality: BakeQuality = FULL_QUALITY
+) -> float:
+    """How long `bake` will take here: a few of its points, timed."""
+    points, normals = _vertex_frames(mesh)
+    spread = sparse.identity(len(points), dtype=np.float32, format="csr")
+    seconds = 0.0
+    for count in (WARM_UP, SAMPLE):  # at first kernels are compiled and Embree sorts the triangles
+        some = np.linspace(0, len(points) - 1, count).astype(np.int64)
+        lifted = points[some] + np.float32(OFFSET_M) * normals[some]
+        start = time.perf_counter()
+        gather = _Gather(mesh, caster, lifted, normals[some], spread, quality)
+        for layer in layers:
+            gather.sky(layer)
+            gather.first_bounce(layer)
+        seconds = time.perf_counter() - start
+    return seconds * min(len(points), MOST_POINTS) / SAMPLE
+
+
+def _spread(at: BakePoints, layers: F32) -> F32:
+    """(layers, n, 3) float32 at all vertices from values at the chosen ones."""
+    return np.stack([at.spread @ layer for layer in layers]).astype(np.float32)
 
 
 def _vertex_frames(mesh: SceneMesh) -> tuple[F32, F32]:
@@ -134,9 +174,9 @@ class _Hits:
     points, normals, albedo : (m, 3) float32
         Of the surfaces hit.
     interpolation : (m, n) sparse
-        Values at the hits from values at the mesh's vertices.
+        Values at the hits from values at the points that are baked.
     mean : (n, m) sparse
-        Mean over each vertex' rays from values at the hits; a ray without a hit counts as dark.
+        Mean over each point's rays from values at the hits; a ray without a hit counts as dark.
     """
 
     points: F32
@@ -147,12 +187,21 @@ class _Hits:
 
 
 class _Gather:
-    """Where the rays from each vertex end, and what light they bring."""
+    """Where the rays from each baked point end, and what light they bring.
+
+    ``spread`` (vertices, points) gives values at the mesh's vertices from values at the points.
+    """
 
     def __init__(
-        self, mesh: SceneMesh, caster: RayCaster, points: F32, normals: F32, quality: BakeQuality
+        self,
+        mesh: SceneMesh,
+        caster: RayCaster,
+        points: F32,
+        normals: F32,
+        spread: sparse.csr_matrix,
+        quality: BakeQuality,
     ) -> None:
-        self._caster, self._points = caster, points
+        self._caster, self._points, self._spread = caster, points, spread
         self._sky_rays = _cosine_directions(quality.sky_rays)
         self._frames = _tangent_frames(normals)
         self._hit = self._cast(mesh, _cosine_directions(quality.bounce_rays))
@@ -177,32 +226,42 @@ class _Gather:
         return np.asarray(hit.mean @ (hit.albedo * arriving[:, None]), dtype=np.float32)
 
     def bounce(self, indirect: F32) -> F32:
-        """(n, 3) lux by way of surfaces that carry the given indirect light at their vertices."""
+        """(n, 3) lux by way of surfaces that carry the given indirect light."""
         hit = self._hit
         return np.asarray(hit.mean @ (hit.albedo * (hit.interpolation @ indirect)), dtype=np.float32)
 
     def _cast(self, mesh: SceneMesh, rays: F32) -> _Hits:
-        directions = _turned(rays, self._frames)
-        triangle, distance, bary = self._caster.nearest(self._points[:, None, :], directions)
-        facing = np.einsum("nki,nki->nk", mesh.normals[triangle], directions) < 0
-        vertex, ray = np.nonzero((triangle != NOTHING) & facing)
-        triangle, bary = triangle[vertex, ray], bary[vertex, ray]
-        normals = mesh.normals[triangle]
-        points = self._points[vertex] + distance[vertex, ray, None] * directions[vertex, ray]
-        weights = np.column_stack([1 - bary.sum(axis=1), bary])
-        rows = np.repeat(np.arange(len(triangle)), 3)
-        count, n = len(triangle), len(mesh.vertices)
-        interpolation = sparse.csr_matrix(
-            (weights.ravel(), (rows, mesh.triangles[triangle].ravel())), shape=(count, n), dtype=np.float32
+        parts = np.array_split(np.arange(len(self._points)), max(1, len(self._points) // CAST_AT_ONCE))
+        found = [self._cast_part(mesh, rays, part) for part in parts]
+        counts = np.concatenate([count for *_, count in found])  # of hits, by point
+        columns = list(zip(*found, strict=True))
+        triangle, weights, points, normals = (np.concatenate(column) for column in columns[:4])
+        total, n = len(triangle), len(self._points)
+        at_vertices = sparse.csr_matrix(
+            (weights.ravel(), mesh.triangles[triangle].ravel(), np.arange(0, 3 * total + 1, 3)),
+            shape=(total, len(mesh.vertices)),
+            dtype=np.float32,
         )
-        share = np.full(count, 1 / len(rays), dtype=np.float32)
+        first = np.concatenate([[0], np.cumsum(counts)])
+        share = np.full(total, 1 / len(rays), dtype=np.float32)
         return _Hits(
             points=points,
             normals=normals,
-            albedo=diffuse_albedo(mesh.materials)[mesh.surface[triangle]],
-            interpolation=interpolation,
-            mean=sparse.csr_matrix((share, (vertex, np.arange(count))), shape=(n, count)),
+            albedo=diffuse_albedo(materials_at(mesh, triangle, weights, BOUNCE_FOOTPRINT_M)),
+            interpolation=at_vertices if n == len(mesh.vertices) else at_vertices @ self._spread,
+            mean=sparse.csr_matrix((share, np.arange(total), first), shape=(n, total)),
         )
+
+    def _cast_part(self, mesh: SceneMesh, rays: F32, part: NDArray[np.int64]) -> tuple[NDArray, ...]:
+        """Triangle, weights, point and normal of the rays that hit a front, and how many do of each point."""
+        directions = _turned(rays, self._frames[part])
+        triangle, distance, bary = self._caster.nearest(self._points[part, None, :], directions)
+        facing = np.einsum("nki,nki->nk", mesh.normals[triangle], directions) < 0
+        vertex, ray = np.nonzero((triangle != NOTHING) & facing)
+        triangle, bary = triangle[vertex, ray], bary[vertex, ray]
+        points = self._points[part[vertex]] + distance[vertex, ray, None] * directions[vertex, ray]
+        weights = np.column_stack([1 - bary.sum(axis=1), bary]).astype(np.float32)
+        return triangle, weights, points, mesh.normals[triangle], np.bincount(vertex, minlength=len(part))
 
 
 def _turned(rays: F32, frames: F32) -> F32:

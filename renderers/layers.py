@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderers.gbuffer import F32, GBuffer, interpolate
+from renderers.appearance import materials_at
+from renderers.gbuffer import F32, I32, GBuffer, interpolate
 from renderers.irradiance import Irradiance, diffuse_albedo
 from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight, bounding_balls
 from renderers.lobe_albedo import albedo_table
@@ -17,6 +18,9 @@ from renderers.shade import shade_ambient, shade_light
 from renderers.shadows import lit_share, visible_shares
 from renderers.surfaces import Surfaces
 from renderers.threads import BLOCK, Threads
+
+MIRRORED_FOOTPRINT_M = 0.02
+"""What a mirrored ray sees of a texture: about a pixel of 8 mrad after 2.5 m."""
 
 
 class LayerShader:
@@ -51,7 +55,7 @@ class LayerShader:
         parts = zip(irradiance.indirect, irradiance.total, strict=True)
         self._indirect = _by_vertex(irradiance.indirect)
         self._mirrored = _by_vertex([own if k in sunny else all_ for k, (own, all_) in enumerate(parts)])
-        self._albedo = diffuse_albedo(mesh.materials) * np.float32(bounces)
+        self._albedo, self._bounces = diffuse_albedo(mesh.materials) * np.float32(bounces), bounces
         self._sky = np.array([_sky(lights) for lights in layers], dtype=np.float32)
 
     def shade(self, gbuffer: GBuffer, surfaces: Surfaces) -> tuple[F32, F32]:
@@ -71,7 +75,8 @@ class LayerShader:
         reflection = Reflection(
             self._mesh, self._caster, surfaces, HORIZON_Z, self._threads, self._supersampling
         )
-        light = reflection.bring(self._mirrored, self._albedo, self._sky, self._sunlit(reflection))
+        sunlit = self._sunlit(reflection)
+        light = reflection.bring(self._mirrored, *self._mirrored_albedo(reflection), self._sky, sunlit)
 
         def work(part: slice) -> None:
             lux = interpolate(self._indirect, surfaces.corners[part], surfaces.weights[part])
@@ -89,9 +94,18 @@ class LayerShader:
 
         self._threads.over(len(surfaces.surface), work)
 
+    def _mirrored_albedo(self, reflection: Reflection) -> tuple[F32, I32]:
+        """Albedos (a, 3), and which of them each mirrored ray meets, (rays,)."""
+        mesh, triangle = self._mesh, reflection.triangle
+        if mesh.textures.empty:
+            return self._albedo, mesh.surface.take(triangle, mode="clip")
+        weights = np.column_stack([1 - reflection.barycentric.sum(axis=1), reflection.barycentric])
+        met = materials_at(mesh, np.maximum(triangle, 0), weights, MIRRORED_FOOTPRINT_M)
+        return diffuse_albedo(met) * np.float32(self._bounces), np.arange(len(triangle), dtype=np.int32)
+
     def _sunlit(self, reflection: Reflection) -> F32:
-        """(L, g) lux of each layer's suns where the mirrored rays end."""
-        total = np.zeros((len(self._layers), len(reflection.glossy)), dtype=np.float32)
+        """(L, rays) lux of each layer's suns where the mirrored rays end."""
+        total = np.zeros((len(self._layers), len(reflection.points)), dtype=np.float32)
         for k, light in self._suns:
             to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
             lit = np.flatnonzero(lux)
@@ -121,7 +135,7 @@ class LayerShader:
         near = [k for k, column in enumerate(arriving) if column.lux.any()]  # of a building's lamps, a few
         lights, arriving = [lights[k] for k in near], [arriving[k] for k in near]
         lux = [column.lux for column in arriving]
-        points, normals, shape = surfaces.points, surfaces.normal, surfaces.shape
+        points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
         shares = visible_shares(lights, lux, points, normals, self._caster, shape, self._threads)
 
         def shade(part: slice) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.texture_store import TextureStore
 from scenes.model import Bulb, Material, Scene
 
 NOTHING = -1
@@ -45,6 +46,12 @@ class SceneMesh:
     triangles : (m, 3) int32
     normals : (m, 3) float32
         Unit geometric normal of each triangle.
+    vertex_normals : (n, 3) float32
+        Unit normals at the vertices of curved surfaces, zero elsewhere.
+    curved : (m,) bool
+        Triangles that are shaded with the normal between their vertices'.
+    uv : (n, 2) float32
+        Texture coordinates, zero where there are none.
     surface : (m,) int32
         Index into ``surface_names`` and ``materials``.
     bulb : (m,) int32
@@ -54,10 +61,14 @@ class SceneMesh:
     vertices: NDArray[np.float32]
     triangles: NDArray[np.int32]
     normals: NDArray[np.float32]
+    vertex_normals: NDArray[np.float32]
+    curved: NDArray[np.bool_]
+    uv: NDArray[np.float32]
     surface: NDArray[np.int32]
     bulb: NDArray[np.int32]
     surface_names: tuple[str, ...]
     materials: MaterialTable
+    textures: TextureStore
 
 
 class RayCaster:
@@ -132,14 +143,28 @@ def build_mesh(scene: Scene) -> SceneMesh:
     vertices = np.concatenate([v for v, *_ in parts]).astype(np.float32)
     triangles = np.concatenate([t + o for (_, t, *_), o in zip(parts, offsets, strict=True)]).astype(np.int32)
     black = Material((0.0, 0.0, 0.0), roughness=1.0, specular=0.0)
+    at_vertices = np.zeros_like(vertices)
+    uv = np.zeros((len(vertices), 2), dtype=np.float32)
+    curved = np.zeros(len(triangles), dtype=bool)
+    first = np.cumsum([0] + [len(t) for _, t, *_ in parts])
+    for s, at, start, stop in zip(scene.surfaces, offsets, first, first[1:], strict=False):
+        if s.normals is not None:
+            at_vertices[at : at + len(s.vertices)] = s.normals
+            curved[start:stop] = True
+        if s.uv is not None:
+            uv[at : at + len(s.vertices)] = s.uv
     return SceneMesh(
         vertices=vertices,
         triangles=triangles,
         normals=_normals(vertices, triangles),
+        vertex_normals=at_vertices,
+        curved=curved,
+        uv=uv,
         surface=np.concatenate([np.full(len(t), s, dtype=np.int32) for _, t, s, _ in parts]),
         bulb=np.concatenate([np.full(len(t), b, dtype=np.int32) for _, t, _, b in parts]),
         surface_names=(*(s.name for s in scene.surfaces), "bulb"),
         materials=MaterialTable.of([*(s.material for s in scene.surfaces), black]),
+        textures=TextureStore.of(scene.surfaces, more=1),
     )
 
 

@@ -20,7 +20,7 @@ SUBSAMPLES = 4
 class Discs:
     """A scene's landmarks as columns: centre (n, 2), radius (n,), colour (n, 3), float32; id (n,) int32.
 
-    ``floor`` (surfaces + 1,) bool tells the surfaces that carry them; its last is for the bulbs and the sky.
+    ``floor`` (surfaces + 2,) bool tells the surfaces that carry them; not the bulbs, nor, at −1, the sky.
     """
 
     centre: F32
@@ -38,7 +38,7 @@ class Discs:
             np.array([m.radius for m in scene.landmarks], dtype=np.float32),
             np.array(paint, dtype=np.float32).reshape(-1, 3),
             np.array([m.id for m in scene.landmarks], dtype=np.int32),
-            np.array([*(s.name in (scene.floor, *scene.inlays) for s in scene.surfaces), False]),
+            np.array([*(s.name in (scene.floor, *scene.inlays) for s in scene.surfaces), False, False]),
         )
 
 
@@ -60,11 +60,10 @@ def paint(gbuffer: GBuffer, discs: Discs, base_color: F32) -> I32:
     if len(discs.id):
         row_step, column_step = _floor_steps(gbuffer)
         _paint(
-            gbuffer.surface,
+            discs.floor[gbuffer.surface],
             gbuffer.position,
             row_step,
             column_step,
-            discs.floor,
             discs.centre,
             discs.radius,
             discs.colour,
@@ -87,11 +86,10 @@ def _floor_steps(gbuffer: GBuffer) -> tuple[F32, F32]:
 
 @njit(cache=True)
 def _paint(
-    surface: I32,
+    on_floor: NDArray[np.bool_],
     position: F32,
     row_step: F32,
     column_step: F32,
-    floor: NDArray[np.bool_],
     centre: F32,
     radius: F32,
     colour: F32,
@@ -99,13 +97,13 @@ def _paint(
     base_color: F32,
     landmark: I32,
 ) -> None:
-    height, width = surface.shape
+    height, width = on_floor.shape
     near, reach = np.empty(len(id), dtype=np.int64), np.empty(width, dtype=np.float32)
     for r in range(height):
         west = south = np.inf
         east = north = -np.inf
         for c in range(width):  # the part of the floor that this row shows
-            if floor[surface[r, c]]:
+            if on_floor[r, c]:
                 reach[c] = 0.5 * (
                     np.hypot(row_step[r, c, 0], row_step[r, c, 1])
                     + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
@@ -122,7 +120,7 @@ def _paint(
                 near[count] = k
                 count += 1
         for c in range(width):
-            if not floor[surface[r, c]]:
+            if not on_floor[r, c]:
                 continue
             x, y = position[r, c, 0], position[r, c, 1]
             for k in near[:count]:

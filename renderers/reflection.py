@@ -3,15 +3,17 @@
 Each pixel samples its lobe of visible normals (Heitz 2018) at one of 16 fixed points, neighbours at different
 ones, and the mean over 4 × 4 pixels of one plane holds all 16 (interleaved sampling with a discontinuity
 buffer, Keller & Heidrich 2001). Light is weighted as the lobe reflects it and normalised, so that uniform
-surroundings are mirrored exactly; how much is reflected says `renderers.lobe_albedo`.
+surroundings are mirrored exactly; how much is reflected says `renderers.lobe_albedo`. On a curved surface no
+neighbour shares the plane: its pixels cast all 16 rays themselves.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I32, I64
 from renderers.lights import OFFSET_M, tangents
@@ -30,7 +32,7 @@ SHARP_ROUGHNESS = 0.1
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
 """1/φ and 1/φ² of the plastic number φ."""
 
-LARGEST_BELOW_1 = np.float32(1 - 2**-24)
+LOBE_POINTS = 16
 
 SAME_PLANE = 0.999
 """Least cosine between the normals of pixels whose rays are averaged."""
@@ -43,8 +45,13 @@ class Reflection:
     ----------
     glossy : (g,) int64
         The pixels that mirror anything, by flat index.
-    points, normals : (g, 3) float32
-        Where their rays end; the normal is 0 where that is the sky.
+    points, normals : (rays, 3) float32
+        Where their rays end, one for each of them and then 15 more for each on a curved surface; the normal
+        is 0 where that is the sky.
+    triangle : (rays,) int32
+        What they meet, `NOTHING` for the sky.
+    barycentric : (rays, 2) float32
+        Where in it: weights of its second and third vertex.
     """
 
     def __init__(
@@ -59,52 +66,77 @@ class Reflection:
         self._mesh, self._surfaces, self._horizon_z, self._threads = mesh, surfaces, horizon_z, threads
         self._factor = factor
         self.glossy = np.flatnonzero((surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING))
-        self._rays = np.empty((len(self.glossy), 6), dtype=np.float32)
-        self._weight = np.zeros(len(surfaces.surface), dtype=np.float32)
-        threads.over(len(self.glossy), self._aim)
-        self._triangle, self._distance, self._bary = caster.first_hit(self._rays)
+        blurry = surfaces.roughness[self.glossy] > SHARP_ROUGHNESS
+        self._curved = self.glossy[surfaces.curved[self.glossy] & blurry]
+        first = interleaved(surfaces.shape)
+        others = (first[self._curved, None] + np.arange(1, LOBE_POINTS)) % LOBE_POINTS
+        self._pixel = np.concatenate([self.glossy, np.repeat(self._curved, LOBE_POINTS - 1)])
+        self._number = np.concatenate([first[self.glossy], others.reshape(-1)])
+        self._rays = np.empty((len(self._pixel), 6), dtype=np.float32)
+        self._weight = np.zeros(len(self._pixel), dtype=np.float32)
+        threads.over(len(self._pixel), self._aim)
+        self.triangle, self._distance, self.barycentric = caster.first_hit(self._rays)
         self.points, self.normals = np.empty_like(self._rays[:, :3]), np.empty_like(self._rays[:, :3])
-        threads.over(len(self.glossy), self._arrive)
+        threads.over(len(self._pixel), self._arrive)
+        self._first_weight = np.zeros(len(surfaces.surface), dtype=np.float32)
+        self._first_weight[self.glossy] = self._weight[: len(self.glossy)]
 
     def _aim(self, part: slice) -> None:
         at = self._surfaces
         _lobe_rays(
-            self.glossy[part],
+            self._pixel[part],
             at.points,
             at.normal,
             at.to_eye,
             at.roughness,
-            _lobe_points(at.shape, self._factor),
+            _lobe_points(),
+            _lobe_shifts(at.shape, self._factor),
+            self._number[part],
             self._rays[part],
-            self._weight,
+            self._weight[part],
         )
 
     def _arrive(self, part: slice) -> None:
-        ends = self._rays[part], self._triangle[part], self._distance[part]
+        ends = self._rays[part], self.triangle[part], self._distance[part]
         _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
 
-    def bring(self, baked: F32, albedo: F32, sky: F32, sunlit: F32) -> F32:
-        """Luminance that each ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
+    def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32) -> F32:
+        """Luminance that each pixel's ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
+
+        On a curved surface, the mean over the pixel's 16 rays.
 
         Parameters
         ----------
         baked : (v, 3 L) float32
             Illuminance at the mesh's vertices, lux, channels within layers.
-        albedo : (s, 3) float32
-            Diffuse albedo of each surface.
+        albedo : (a, 3) float32
+            Diffuse albedos.
+        which : (rays,) int32
+            Which of them each ray meets; of the sky's, any.
         sky : (L,) float32
             The sky's luminance in each layer.
-        sunlit : (L, g) float32
+        sunlit : (L, rays) float32
             Lux of the layer's sun where the rays end, not in ``baked``.
         """
-        light = np.empty((len(self._weight), baked.shape[1]), dtype=np.float32)
+        count, layers = len(self.glossy), baked.shape[1]
+        light = np.empty((len(self._first_weight), layers), dtype=np.float32)
+        more = np.empty((len(self._pixel) - count, layers), dtype=np.float32)
 
-        def bring(part: slice) -> None:
-            ends = self.glossy[part], self._rays[part], self._triangle[part], self._bary[part]
-            of_mesh = self._mesh.triangles, self._mesh.surface
-            _bring(part.start, *ends, self._horizon_z, *of_mesh, baked, albedo, sky, sunlit, light)
+        def bring(part: slice, rows: I64, into: F32) -> None:
+            ends = rows, self._rays[part], self.triangle[part], self.barycentric[part]
+            met = baked, albedo, which[part]
+            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, into)
 
-        self._threads.over(len(self.glossy), bring)
+        def first(part: slice) -> None:
+            bring(part, self.glossy[part], light)
+
+        def others(part: slice) -> None:
+            bring(slice(count + part.start, count + part.stop), np.arange(part.start, part.stop), more)
+
+        self._threads.over(count, first)
+        if len(more):
+            self._threads.over(len(more), others)
+            _fold(light, more, self._curved, self._first_weight, self._weight[count:])
         return light
 
     def gather(self, light: F32, part: slice, irradiance: F32) -> F32:
@@ -122,42 +154,58 @@ class Reflection:
         """
         at = self._surfaces
         return _gather(
-            part.start, light, irradiance, self._weight, at.shape, at.normal, at.surface, at.roughness
+            part.start,
+            light,
+            irradiance,
+            self._first_weight,
+            at.shape,
+            at.normal,
+            at.surface,
+            at.roughness,
+            at.curved,
         )
 
 
-@lru_cache(maxsize=4)
-def _lobe_points(shape: tuple[int, int], factor: int) -> F32:
-    """(H·W, 2) float32: each sample's point in the unit square.
-
-    4 × 4 samples share Hammersley's 16 points among them. Where a pixel has ``factor`` squared samples, its
-    blocks of 4 × 4 shift the points on the torus (Cranley & Patterson 1976) along the sequence R2 (Roberts
-    2018), so that more samples converge; without, each pixel is mirrored alike and no noise shows.
-    """
-    k = np.arange(16)
+@cache
+def _lobe_points() -> F32:
+    """(16, 2) float32: Hammersley's points in the unit square."""
+    k = np.arange(LOBE_POINTS)
     reversed_bits = sum(((k >> b) & 1) << (3 - b) for b in range(4))
-    points = np.stack([(k + 0.5) / 16, (reversed_bits + 0.5) / 16], axis=-1)[interleaved(shape)]
+    return np.stack([(k + 0.5) / LOBE_POINTS, (reversed_bits + 0.5) / LOBE_POINTS], axis=-1).astype(
+        np.float32
+    )
+
+
+@lru_cache(maxsize=4)
+def _lobe_shifts(shape: tuple[int, int], factor: int) -> F32:
+    """(H·W, 2) float32: how each sample shifts its lobe's points on the torus (Cranley & Patterson 1976).
+
+    The blocks of 4 × 4 of a pixel of ``factor`` squared samples go along the sequence R2 (Roberts 2018), so
+    that more samples converge; every pixel alike, and one sample a pixel not at all, so that no noise shows.
+    """
     row, column = np.divmod(np.arange(shape[0] * shape[1]), shape[1])
     block = row // 4 % factor * factor + column // 4 % factor
-    moved = ((points + block[:, None] * R2) % 1.0).astype(np.float32).clip(max=LARGEST_BELOW_1)
-    moved.setflags(write=False)
-    return moved
+    shifts = ((block[:, None] * R2) % 1.0).astype(np.float32)
+    shifts.setflags(write=False)
+    return shifts
 
 
 @njit(cache=True, nogil=True)
 def _lobe_rays(
-    glossy: I64,
+    pixel: I64,
     points: F32,
     normal: F32,
     to_eye: F32,
     roughness: F32,
     lobe: F32,
+    shift: F32,
+    number: I64,
     rays: F32,
     weight: F32,
 ) -> None:
-    """Reflected rays (g, 6), and what the lobe gives each pixel's: G2 / G1, 0 below the surface."""
-    for k in range(len(glossy)):
-        i = glossy[k]
+    """Reflected rays (r, 6), and what the lobe gives each: G2 / G1, 0 below the surface."""
+    for k in range(len(pixel)):
+        i = pixel[k]
         x, y, z = normal[i, 0], normal[i, 1], normal[i, 2]
         ex, ey, ez = to_eye[i, 0], to_eye[i, 1], to_eye[i, 2]
         nv = max(x * ex + y * ey + z * ez, 1e-3)
@@ -172,7 +220,7 @@ def _lobe_rays(
             else:
                 ax, ay, az, _, _, _ = tangents(x, y, z)
             bx, by, bz = y * az - z * ay, z * ax - x * az, x * ay - y * ax
-            u, w = lobe[i, 0], lobe[i, 1]
+            u, w = (lobe[number[k], 0] + shift[i, 0]) % 1.0, (lobe[number[k], 1] + shift[i, 1]) % 1.0
             p, q, r = visible_normal(np.sqrt(max(1.0 - nv * nv, 0.0)), nv, alpha, u, w)
             hx, hy, hz = p * ax + q * bx + r * x, p * ay + q * by + r * y, p * az + q * bz + r * z
         vh = ex * hx + ey * hy + ez * hz
@@ -182,7 +230,7 @@ def _lobe_rays(
         nl = x * rays[k, 3] + y * rays[k, 4] + z * rays[k, 5]
         if nl > 0.0:
             at_eye, at_light = smith_lambda(nv, alpha), smith_lambda(nl, alpha)
-            weight[i] = (1.0 + at_eye) / (1.0 + at_eye + at_light)
+            weight[k] = (1.0 + at_eye) / (1.0 + at_eye + at_light)
 
 
 @njit(cache=True, nogil=True)
@@ -199,25 +247,38 @@ def _arrive(rays: F32, triangle: I32, distance: F32, facing: F32, points: F32, n
             normals[k, c] = -facing[t, c] if away > 0.0 else facing[t, c]
 
 
+@njit(cache=True)
+def _fold(light: F32, more: F32, pixel: I64, first_weight: F32, weight: F32) -> None:
+    """Turn the rows of some pixels into means over their first ray and the others."""
+    for c in range(len(pixel)):
+        row, total = light[pixel[c]], first_weight[pixel[c]]
+        row *= total
+        for k in range(c * (LOBE_POINTS - 1), (c + 1) * (LOBE_POINTS - 1)):
+            row += weight[k] * more[k]
+            total += weight[k]
+        if total > 0.0:
+            row /= total
+
+
 @njit(cache=True, nogil=True)
 def _bring(
     start: int,
-    glossy: I64,
+    rows: I64,
     rays: F32,
     triangle: I32,
     bary: F32,
     horizon_z: float,
     triangles: I32,
-    surface: I32,
     baked: F32,
     albedo: F32,
+    which: I32,
     sky: F32,
     sunlit: F32,
     light: F32,
 ) -> None:
     """What `Reflection.bring` says, for the rays from number ``start`` on."""
-    for k in range(len(glossy)):
-        row, t = light[glossy[k]], triangle[k]
+    for k in range(len(rows)):
+        row, t = light[rows[k]], triangle[k]
         if t < 0:
             for j in range(len(row)):
                 row[j] = sky[j // 3] if rays[k, 5] > horizon_z else np.float32(0.0)
@@ -231,7 +292,7 @@ def _bring(
             for channel in range(3):
                 j = 3 * layer + channel
                 lux = row[j] + sunlit[layer, start + k]
-                row[j] = albedo[surface[t], channel] * lux * np.float32(1 / np.pi)
+                row[j] = albedo[which[k], channel] * lux * np.float32(1 / np.pi)
 
 
 @njit(cache=True, nogil=True)
@@ -244,6 +305,7 @@ def _gather(
     normal: F32,
     surface: I32,
     roughness: F32,
+    curved: NDArray[np.bool_],
 ) -> F32:
     """Mean with taps ½ 1 1 1 ½ in rows and columns, which counts each of the 16 numbers once."""
     height, width = shape
@@ -254,7 +316,7 @@ def _gather(
             for j in range(len(row)):
                 row[j] = irradiance[m, j] * np.float32(1 / np.pi)
             continue
-        if roughness[i] <= SHARP_ROUGHNESS:
+        if roughness[i] <= SHARP_ROUGHNESS or curved[i]:
             row[:] = light[i]
             continue
         row[:] = 0.0

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from renderers import paint
+from renderers.appearance import Columns, vary_pixels
 from renderers.gbuffer import F32, I32, GBuffer
 from renderers.mesh import NOTHING, SceneMesh
 
@@ -20,12 +22,16 @@ class Surfaces:
     ----------
     shape : (H, W)
     points, normal, to_eye : (n, 3) float32
-        For the sky, normal and direction are 0.
+        For the sky, normal and direction are 0. Textures may tilt the normal.
+    untilted : (n, 3) float32
+        The normal without textures: shadows start off the surface along it.
     surface : (n,) int32
         Surface index, `NOTHING` for the sky; the columns of its material are undefined.
     base_color : (n, 3) float32
         As painted.
     roughness, metallic, specular : (n,) float32
+    curved : (n,) bool
+        Whether neighbours lie on another plane; undefined for the sky.
     corners : (n, 3) int32
         Vertices of the triangle, −1 for the sky.
     weights : (n, 3) float32
@@ -37,12 +43,14 @@ class Surfaces:
     shape: tuple[int, int]
     points: F32
     normal: F32
+    untilted: F32
     to_eye: F32
     surface: I32
     base_color: F32
     roughness: F32
     metallic: F32
     specular: F32
+    curved: NDArray[np.bool_]
     corners: I32
     weights: F32
     landmark: I32
@@ -52,24 +60,34 @@ class Surfaces:
         """Look up the materials and paint the discs."""
         table, surface = mesh.materials, gbuffer.surface.reshape(-1)
         base_color = table.base_color.take(gbuffer.surface, axis=0, mode="clip")
-        landmark = paint.paint(gbuffer, discs, base_color)
+        roughness = table.roughness.take(surface, mode="clip")
+        metallic = table.metallic.take(surface, mode="clip")
+        curved = mesh.curved.take(gbuffer.triangle.reshape(-1), mode="clip")
+        untilted = normal = gbuffer.normal.reshape(-1, 3)
         corners, weights, to_eye = _columns(
             mesh.triangles,
             gbuffer.triangle.reshape(-1),
             gbuffer.barycentric.reshape(-1, 2),
             gbuffer.view.directions.reshape(-1, 3),
         )
+        if not mesh.textures.empty:
+            columns = Columns(base_color.reshape(-1, 3), roughness, metallic)
+            normal, tilted = vary_pixels(mesh, gbuffer, weights, columns)
+            curved |= tilted
+        landmark = paint.paint(gbuffer, discs, base_color)
         height, width = gbuffer.surface.shape
         return Surfaces(
             shape=(height, width),
             points=gbuffer.position.reshape(-1, 3),
-            normal=gbuffer.normal.reshape(-1, 3),
+            normal=normal,
+            untilted=untilted,
             to_eye=to_eye,
             surface=surface,
             base_color=base_color.reshape(-1, 3),
-            roughness=table.roughness.take(surface, mode="clip"),
-            metallic=table.metallic.take(surface, mode="clip"),
+            roughness=roughness,
+            metallic=metallic,
             specular=table.specular.take(surface, mode="clip"),
+            curved=curved,
             corners=corners,
             weights=weights,
             landmark=landmark,

@@ -7,7 +7,7 @@ import numpy as np
 from scenes.geometry import box, rectangle, surface
 from scenes.library import scene
 from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun, Surface
-from scenes.tour import drive, rounded_loop
+from scenes.tour import drive, loop_length, rounded_loop
 
 LENGTH_M, DEPTH_M, WIDTH_M, HEIGHT_M = 20.0, 14.0, 2.5, 2.6
 SILL_M, LINTEL_M, WINDOW_M, WINDOW_SPACING_M = 0.9, 2.3, 1.4, 2.4
@@ -44,7 +44,7 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
         suns=(Sun(azimuth_deg=140.0, elevation_deg=35.0, lux=20_000.0),),
         sky=Sky(lux=2_500.0),
         bulbs=_bulbs(way),
-        tour=drive(way, 0.0, laps * _length(way), speed_mps, frame_interval_s),
+        tour=drive(way, 0.0, laps * loop_length(way), speed_mps, frame_interval_s),
         floor="floor",
         paint_white=(0.85, 0.85, 0.83),
         paint_black=(0.03, 0.03, 0.03),
@@ -63,10 +63,6 @@ def _centre_line() -> np.ndarray:
     way = rounded_loop(corners, radius=0.8)
     middle_of_south = np.argmin(np.hypot(way[:, 0] - LENGTH_M / 2, way[:, 1] - m))
     return np.roll(way, -int(middle_of_south), axis=0)
-
-
-def _length(way: np.ndarray) -> float:
-    return float(np.linalg.norm(np.diff(np.vstack([way, way[:1]]), axis=0), axis=1).sum())
 
 
 def _shell() -> list[Surface]:
@@ -154,7 +150,7 @@ def _cabinets(rng: np.random.Generator) -> list[Surface]:
 
 
 def _bulbs(way: np.ndarray) -> tuple[Bulb, ...]:
-    count = round(_length(way) / BULB_SPACING_M)
+    count = round(loop_length(way) / BULB_SPACING_M)
     places = way[np.linspace(0, len(way), count, endpoint=False).astype(int)]
     return tuple(
         Bulb((float(x), float(y), HEIGHT_M - PENDANT_M), lumen=800.0, radius=0.06) for x, y in places
@@ -162,7 +158,7 @@ def _bulbs(way: np.ndarray) -> tuple[Bulb, ...]:
 
 
 def _landmarks(rng: np.random.Generator, way: np.ndarray) -> tuple[Landmark, ...]:
-    count = int(_length(way) / LANDMARK_SPACING_M)
+    count = int(loop_length(way) / LANDMARK_SPACING_M)
     marks: list[Landmark] = []
     for side in (-1.0, 1.0):
         at = (np.arange(count) + rng.uniform(-0.25, 0.25, count)) / count * len(way)

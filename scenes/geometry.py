@@ -64,6 +64,30 @@ def box(
     return join(faces)
 
 
+def checker(
+    corner: tuple[float, float, float],
+    edge_u: tuple[float, float, float],
+    edge_v: tuple[float, float, float],
+    cells: tuple[int, int],
+) -> tuple[tuple[FloatArray, IntArray], tuple[FloatArray, IntArray]]:
+    """A parallelogram of ``cells`` along u and v as two meshes, of its even and of its odd fields."""
+    u, v = np.asarray(edge_u, dtype=np.float64), np.asarray(edge_v, dtype=np.float64)
+    n_u, n_v = cells
+    a, b = np.meshgrid(np.arange(n_u + 1) / n_u, np.arange(n_v + 1) / n_v, indexing="ij")
+    vertices = (np.asarray(corner, dtype=np.float64) + a[..., None] * u + b[..., None] * v).reshape(-1, 3)
+    index = np.arange(len(vertices)).reshape(n_u + 1, n_v + 1)
+    p00, p10, p11, p01 = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    odd = np.add.outer(np.arange(n_u), np.arange(n_v)) % 2 == 1
+    meshes = []
+    for field in (~odd, odd):
+        triangles = np.concatenate(
+            [np.stack([p00, p10, p11], axis=-1)[field], np.stack([p00, p11, p01], axis=-1)[field]]
+        )
+        used, compact = np.unique(triangles, return_inverse=True)
+        meshes.append((vertices[used], compact.reshape(-1, 3).astype(np.int64)))
+    return meshes[0], meshes[1]
+
+
 def surface(name: str, material: Material, *pieces: tuple[FloatArray, IntArray]) -> Surface:
     """A named surface of one material from mesh pieces."""
     vertices, triangles = join(list(pieces))

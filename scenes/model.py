@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.errors import SceneError
 from scenes.photometry import ISOTROPIC, Photometry
+from scenes.textures import Textures
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -53,12 +54,40 @@ class Surface:
     ----------
     vertices : (n, 3) float64, metres
     triangles : (m, 3) int64, indices into ``vertices``
+    normals : (n, 3) float64, optional
+        Unit normals at the vertices of a curved surface, which is shaded with the normals between them.
+        Without them each triangle is flat.
+    uv : (n, 2) float64, optional
+        Texture coordinates at the vertices: u to the right, v down.
+    textures : Textures, optional
+        What varies the material over ``uv``.
+
+    Raises
+    ------
+    SceneError
+        If the normals are not one unit vector for each vertex, or textures have no coordinates.
     """
 
     name: str
     vertices: FloatArray
     triangles: IntArray
     material: Material
+    normals: FloatArray | None = None
+    uv: FloatArray | None = None
+    textures: Textures | None = None
+
+    def __post_init__(self) -> None:
+        if self.textures is not None and (self.uv is None or self.uv.shape != (len(self.vertices), 2)):
+            raise SceneError(f"surface {self.name!r}: textures need (u, v) at each vertex")
+        if self.normals is None:
+            return
+        if self.normals.shape != self.vertices.shape:
+            raise SceneError(
+                f"surface {self.name!r}: normals are {self.normals.shape}, vertices {self.vertices.shape}"
+            )
+        length = np.linalg.norm(self.normals, axis=1)
+        if not np.allclose(length, 1.0, atol=1e-3):
+            raise SceneError(f"surface {self.name!r}: its normals must have unit length")
 
 
 @dataclass(frozen=True)
@@ -215,6 +244,8 @@ class Scene:
         floor's base colour and keeps its gloss.
     bounds : (x_min, y_min, x_max, y_max)
         Of the floor plan, metres.
+    notices : tuple of str
+        What the user should know about how the scene was made, a line each.
     """
 
     name: str
@@ -229,10 +260,14 @@ class Scene:
     paint_black: Rgb
     bounds: tuple[float, float, float, float]
     inlays: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if [m.id for m in self.landmarks] != list(range(len(self.landmarks))):
             raise SceneError(f"scene {self.name!r}: its landmarks' ids must be 0, 1, 2 … in their order")
+        missing = {self.floor, *self.inlays} - {s.name for s in self.surfaces}
+        if missing:
+            raise SceneError(f"scene {self.name!r}: its floor {sorted(missing)[0]!r} is none of its surfaces")
         named = [self.sky.name, *(sun.name for sun in self.suns), *{bulb.group for bulb in self.bulbs}]
         for name in named:
             if named.count(name) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -9,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.errors import SceneError
-from scenes.model import FloatArray, Scene
+from scenes.model import FloatArray, Scene, Surface
 
 ROBOT_HEIGHT_M = (0.05, 1.2)
 """The height band in which geometry is in the robot's way: above door sills, up to its camera mast."""
+
+POINTS_AT_ONCE = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,37 +50,77 @@ def true_occupancy(
     SceneError
         If the tour starts in a blocked cell or outside the scene's bounds.
     """
+    blocked, origin = obstacles(scene.surfaces, scene.bounds, resolution, height_m)
+    return TrueOccupancy(~_reachable(blocked, origin, resolution, scene), origin, resolution)
+
+
+def obstacles(
+    surfaces: Iterable[Surface],
+    bounds: tuple[float, float, float, float],
+    resolution: float,
+    height_m: tuple[float, float] = ROBOT_HEIGHT_M,
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Cells of a floor plan through which a triangle, cut to a height band, passes.
+
+    Returns
+    -------
+    blocked : (rows, cols) bool
+        Two cells wider than the bounds on each side.
+    origin : (2,) float64
+        World position of the lower left corner of cell [0, 0], metres.
+    """
     margin = 2 * resolution
-    x0, y0, x1, y1 = scene.bounds
+    x0, y0, x1, y1 = bounds
     origin = np.array([x0 - margin, y0 - margin])
     shape = (
         int(np.ceil((y1 + margin - origin[1]) / resolution)),
         int(np.ceil((x1 + margin - origin[0]) / resolution)),
     )
-    blocked = np.zeros(shape, dtype=bool)
-    for surface in scene.surfaces:
+    far = origin + resolution * np.array(shape[::-1])
+    box = np.array([[*origin, height_m[0]], [*far, height_m[1]]])
+    blocked, spacing = np.zeros(shape, dtype=bool), resolution / 3
+    for surface in surfaces:
         corners = surface.vertices[surface.triangles]
-        height = corners[..., 2]
-        in_band = (height.max(axis=1) >= height_m[0]) & (height.min(axis=1) <= height_m[1])
-        for triangle in corners[in_band]:
-            points = _sample(_clip(triangle, *height_m), resolution / 3)
-            cell = np.floor((points - origin) / resolution).astype(int)
-            inside = (cell >= 0).all(1) & (cell < shape[::-1]).all(1)
-            blocked[cell[inside, 1], cell[inside, 0]] = True
-    return TrueOccupancy(~_reachable(blocked, origin, resolution, scene), origin, resolution)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        wholly = ((low >= box[0]) & (high <= box[1])).all(axis=1)
+        partly = ((high >= box[0]) & (low <= box[1])).all(axis=1) & ~wholly
+        for triangles in _by_size(corners[wholly][..., :2], spacing):
+            _mark(blocked, origin, resolution, triangles)
+        for triangle in corners[partly]:
+            _mark(blocked, origin, resolution, _sample(_clip(triangle, box), spacing))
+    return blocked, origin
 
 
-def _clip(polygon: FloatArray, low: float, high: float) -> FloatArray:
-    """Cut a polygon to low ≤ z ≤ high (Sutherland–Hodgman)."""
-    for sign, level in ((1.0, low), (-1.0, -high)):
-        kept: list[FloatArray] = []
-        for p, q in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-            a, b = sign * p[2] - level, sign * q[2] - level
-            if a >= 0:
-                kept.append(p)
-            if (a >= 0) != (b >= 0):
-                kept.append(p + (q - p) * a / (a - b))
-        polygon = np.array(kept).reshape(-1, 3)
+def _mark(blocked: NDArray[np.bool_], origin: FloatArray, resolution: float, points: FloatArray) -> None:
+    cell = np.floor((points.reshape(-1, 2) - origin) / resolution).astype(int)
+    inside = (cell >= 0).all(1) & (cell < blocked.shape[::-1]).all(1)
+    blocked[cell[inside, 1], cell[inside, 0]] = True
+
+
+def _by_size(triangles: FloatArray, spacing: float) -> Iterator[FloatArray]:
+    """Points on (m, 3, 2) triangles, at most ``spacing`` apart; those that need as many points at once."""
+    edges = triangles - np.roll(triangles, 1, axis=1)
+    longest = np.linalg.norm(edges, axis=2).max(axis=1, initial=0.0)
+    steps = np.maximum(1, np.ceil(longest / spacing)).astype(int)
+    for n in np.unique(steps):
+        some = triangles[steps == n]
+        weight = _weights(int(n))
+        for part in np.array_split(some, max(1, len(some) * len(weight) // POINTS_AT_ONCE)):
+            yield part[:, :1] + weight @ (part[:, 1:] - part[:, :1])
+
+
+def _clip(polygon: FloatArray, box: FloatArray) -> FloatArray:
+    """Cut a polygon to a box, (2, 3) lowest and highest corner (Sutherland–Hodgman)."""
+    for axis in range(3):
+        for sign, level in ((1.0, box[0, axis]), (-1.0, -box[1, axis])):
+            kept: list[FloatArray] = []
+            for p, q in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+                a, b = sign * p[axis] - level, sign * q[axis] - level
+                if a >= 0:
+                    kept.append(p)
+                if (a >= 0) != (b >= 0):
+                    kept.append(p + (q - p) * a / (a - b))
+            polygon = np.array(kept).reshape(-1, 3)
     return polygon
 
 
@@ -89,11 +132,15 @@ def _sample(polygon: FloatArray, spacing: float) -> FloatArray:
     for b, c in pairwise(flat[1:]):
         a = flat[0]
         longest = max(np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))
-        n = max(1, int(np.ceil(longest / spacing)))
-        i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
-        weight = np.stack([i, j], axis=-1)[i + j <= n] / n
+        weight = _weights(max(1, int(np.ceil(longest / spacing))))
         points.append(a + weight @ np.stack([b - a, c - a]))
     return np.concatenate(points)
+
+
+def _weights(n: int) -> FloatArray:
+    """(k, 2): weights of a triangle's second and third corner at its points, its edges in ``n`` steps."""
+    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
+    return np.asarray(np.stack([i, j], axis=-1)[i + j <= n] / n)
 
 
 def _reachable(

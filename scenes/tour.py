@@ -48,6 +48,16 @@ def rounded_loop(corners: FloatArray, radius: float, spacing_m: float = 0.005) -
     return np.concatenate(pieces)
 
 
+def loop_length(way: FloatArray) -> float:
+    """Metres along a closed polyline, (n, 2)."""
+    return float(np.linalg.norm(np.roll(way, -1, axis=0) - way, axis=1).sum())
+
+
+def starting_at(way: FloatArray, place: tuple[float, float]) -> FloatArray:
+    """The same closed polyline, (n, 2), from its point nearest to a place."""
+    return np.roll(way, -int(np.argmin(np.linalg.norm(way - place, axis=1))), axis=0)
+
+
 def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, interval_s: float) -> Tour:
     """Drive along a closed way and note the pose at each frame.
 
@@ -81,6 +91,29 @@ def drive(way: FloatArray, start_m: float, length_m: float, speed_mps: float, in
     poses[:, 1] = np.interp(s, along, closed[:, 1])
     poses[:, 2] = np.interp(s, along, heading) + laps * (heading[-1] - heading[0])
     return Tour(poses, stamps)
+
+
+def orbit(
+    centre: tuple[float, float], radius: float, laps: float, speed_mps: float, interval_s: float
+) -> Tour:
+    """Go round a place counter-clockwise with the camera towards it, as a robot does that can drive sideways.
+
+    Parameters
+    ----------
+    radius : float
+        Of the circle that is driven, metres.
+    laps : float
+        Times around.
+
+    Raises
+    ------
+    SceneError
+        As `drive`.
+    """
+    angle = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    circle = np.asarray(centre) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    tangent = drive(circle, 0.0, laps * loop_length(circle), speed_mps, interval_s)
+    return Tour(tangent.poses + np.array([0.0, 0.0, np.pi / 2]), tangent.stamps)
 
 
 def body_twist(tour: Tour, frame: int) -> FloatArray:

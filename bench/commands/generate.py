@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.commands.parameters import DataOption, StudyOption
+from bench.commands.parameters import DataOption, SceneOption, SplitOption, StudyOption, placed
 
 EXAMPLE = "Example: python -m bench generate --out pictures --illumination sun90000-bulb800 --frames 20"
 
@@ -15,6 +15,8 @@ EXAMPLE = "Example: python -m bench generate --out pictures --illumination sun90
 def generate(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the TUM RGB-D folders go.")],
     study: StudyOption = "quick",
+    scene: SceneOption = None,
+    split: SplitOption = None,
     illumination: Annotated[
         list[str] | None,
         typer.Option(
@@ -34,7 +36,7 @@ def generate(
     from bench.progress import Bars
     from bench.study import RenderedStudy, load
 
-    chosen = load(study)
+    chosen = placed(load(study), scene, split, data)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
     chosen = log_parts.resolved(chosen, data)

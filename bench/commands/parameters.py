@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 import sys
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from bench.study import DlrStudy, RenderedStudy
+
+
+class SplitName(StrEnum):
+    """The splits of `scenes.splits`."""
+
+    train = "train"
+    test = "test"
+    validation = "validation"
+
 
 StudyOption = Annotated[
     str, typer.Option("--study", metavar="NAME|FILE", help="A packaged study, or a study file (YAML).")
@@ -21,7 +34,35 @@ WorkersOption = Annotated[
     int | None,
     typer.Option("--workers", min=1, metavar="N", help="Processes; changes no number. (Default: all cores.)"),
 ]
+SceneOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scene",
+        metavar="NAME|FILE",
+        help="A scene or a glTF file; lamps keep their ratio to its own. (Default: the study's.)",
+    ),
+]
+SplitOption = Annotated[
+    SplitName | None,
+    typer.Option("--split", help="Of the scene's family, which its seed counts. (Default: the study's.)"),
+]
 ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The results folder.")]
+
+
+def placed(
+    study: RenderedStudy | DlrStudy, scene: str | None, split: SplitName | None, data: Path | None = None
+) -> RenderedStudy | DlrStudy:
+    """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
+    if scene is None and split is None:
+        return study
+    if study.sequence != "rendered":
+        from bench.errors import BenchError
+
+        option = "--scene" if scene is not None else "--split"
+        raise BenchError(f"{option}: study {study.name!r} renders nothing; leave the option out")
+    from bench.another_place import in_scene
+
+    return in_scene(study, scene, None if split is None else split.value, data=data)
 
 
 def command_line() -> tuple[str, ...]:

@@ -13,7 +13,7 @@ EXAMPLE = "Example: python -m bench preview corridor"
 
 
 def preview(
-    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library.")],
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the library, or a glTF file.")],
     study: StudyOption = "quick",
     views: Annotated[int, typer.Option("--views", min=1, metavar="N", help="Along the tour.")] = 4,
     illumination: Annotated[
@@ -35,6 +35,7 @@ def preview(
 ) -> None:
     """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
     from bench import catalogue, log_parts
+    from bench.another_place import in_scene
     from bench.errors import BenchError
     from bench.options import PreviewOptions
     from bench.progress import Bars
@@ -43,15 +44,7 @@ def preview(
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
-    choice = chosen.scene.model_copy(
-        update={
-            "name": scene,
-            "seed": chosen.scene.seed if seed is None else seed,
-            "parameters": chosen.scene.parameters if scene == chosen.scene.name else {},
-        }
-    )
-    chosen = chosen.model_copy(update={"scene": choice})
-    chosen = log_parts.resolved(chosen, data)
+    chosen = log_parts.resolved(in_scene(chosen, scene, seed=seed, data=data), data)
     catalogue.check(chosen)
     from bench.preview.preview import preview as draw
 

@@ -11,9 +11,12 @@ import typer
 from bench.commands.parameters import (
     DataOption,
     ResultsOption,
+    SceneOption,
+    SplitOption,
     StudyOption,
     WorkersOption,
     command_line,
+    placed,
     workers_or_cores,
 )
 
@@ -33,6 +36,8 @@ class EngineName(StrEnum):
 
 def run(
     study: StudyOption = "quick",
+    scene: SceneOption = None,
+    split: SplitOption = None,
     data: DataOption = None,
     out: ResultsOption = Path("results"),
     workers: WorkersOption = None,
@@ -52,7 +57,7 @@ def run(
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(load(study), engine, seed)
+    chosen = _override(placed(load(study), scene, split, data), engine, seed)
     if data is not None and not log_parts.reads_log(chosen):
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     chosen = log_parts.resolved(chosen, data)

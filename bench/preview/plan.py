@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.appearance import materials_at
 from renderers.develop import encode
 from renderers.mesh import NOTHING, RayCaster, build_mesh
 from scenes.model import Scene
@@ -62,10 +63,11 @@ def from_above(scene: Scene) -> NDArray[np.uint8]:
     x, y = np.meshgrid(np.arange(x0 + step / 2, x1, step), np.arange(y0 + step / 2, y1, step))
     origins = np.stack([x, y, np.full_like(x, CUT_M)], axis=-1).astype(np.float32)
     down = np.broadcast_to(np.array([0, 0, -1], dtype=np.float32), origins.shape)
-    triangle, _, _ = caster.nearest(origins, np.ascontiguousarray(down))
+    triangle, _, bary = caster.nearest(origins, np.ascontiguousarray(down))
     colour = np.ones((*triangle.shape, 3), dtype=np.float32)
     hit = triangle != NOTHING
-    colour[hit] = mesh.materials.base_color[mesh.surface[triangle[hit]]]
+    weights = np.column_stack([1 - bary[hit].sum(axis=1), bary[hit]])
+    colour[hit] = materials_at(mesh, triangle[hit], weights, step).base_color
     colour[hit & (mesh.normals[triangle, 2] < 0)] = 0.1  # from within something: its cross-section
     return encode(np.asarray(colour, dtype=np.float64))
 

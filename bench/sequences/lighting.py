@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.illumination_grid import Illumination
+from bench.own_scene import build as own_scene
 from bench.sequences import lamps
 from bench.sequences.dlr_drive import drive_log
 from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
 from scenes.model import Scene, Sun
+from scenes.splits import seed_of
 
 FloatArray = NDArray[np.float64]
 Colours = dict[str, FloatArray]
@@ -38,9 +40,12 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 
 def as_built(study: RenderedStudy) -> Scene:
-    """The scene with its builder's own sun and groups of lamps; the lamps fitted as the study has them."""
+    """The scene with the sun and groups of lamps of its builder or file; the lamps as the study fits them."""
+    if study.scene.file is not None:
+        return lamps.fitted(own_scene.build(study), study.scene.lamps)
+    split, seed = study.scene.split, study.scene.seed
     parameters = {
-        "seed": study.scene.seed,
+        "seed": seed if split is None else seed_of(split, seed),
         "speed_mps": study.tour.speed_mps,
         "frame_interval_s": study.tour.frame_interval_s,
         **study.scene.parameters,

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from renderers.camera import Fisheye, Mount, Pinhole, T_world_robot
+from renderers.mesh import RayCaster, build_mesh
 from renderers.paint import Discs, disc_samples, paint, visible_share
-from scenes.geometry import box, surface
+from scenes import library
+from scenes.geometry import box, checker, surface
 from scenes.model import Landmark, Material
 
 BLACK = Material((0.0, 0.0, 0.0), roughness=1.0, specular=0.0)
@@ -137,6 +141,50 @@ def test_visible_share_is_that_of_brute_force(renderer_of, scene_of, floor, came
     np.testing.assert_allclose(share, expected, atol=0.05)
     assert share.min() == 0 and share.max() == 1
     assert ((share > 0.1) & (share < 0.9)).any()
+
+
+def test_disc_on_inlays_is_the_disc_on_one_floor(gbuffer_of, scene_of, floor):
+    """Tiles of two colours carry a disc as one floor does."""
+    mark = Landmark(0, (0.1, -0.2), 0.2, white=True)
+    light, dark = checker((-4, -4, 0), (8, 0, 0), (0, 8, 0), (32, 32))
+    tiles = (surface("light", BLACK, light), surface("dark", BLACK, dark))
+    ids = []
+    for scene in (
+        scene_of(floor(4.0, BLACK), landmarks=[mark]),
+        replace(scene_of(*tiles, landmarks=[mark]), inlays=("dark",)),
+    ):
+        gbuffer = gbuffer_of(scene, CAMERAS[0], view_from())
+        share = np.zeros((240, 320, 3), np.float32)
+        ids.append(paint(gbuffer, Discs.of(scene), share))
+    assert (ids[0] == 0).sum() > 100
+    assert (ids[0] != ids[1]).sum() <= 3  # a ray on the edge of two tiles
+
+
+@pytest.mark.parametrize("name", ["atrium", "corridor", "office", "regular", "tabletop", "warehouse"])
+def test_visible_shares_are_those_of_the_pixels(gbuffer_of, name):
+    """In every scene, a disc's share of its projected area is the share of pixels that show it."""
+    scene, camera = library.load(name), Fisheye(640, 480, 150.0)
+    mesh = build_mesh(scene)
+    caster = RayCaster(mesh.vertices, mesh.triangles, threads=1)
+    discs, shares = Discs.of(scene), []
+    samples = disc_samples(discs)
+    for pose in scene.tour.poses[:: max(1, len(scene.tour.poses) // 4)]:
+        T = T_world_robot(pose) @ MOUNT.T_robot_camera
+        gbuffer = gbuffer_of(scene, camera, T)
+        ids = paint(gbuffer, discs, np.zeros((480, 640, 3), np.float32))
+        occluded = caster.occluded(gbuffer.view.origin, (samples - gbuffer.view.origin) * 0.999, far=1.0)
+        for mark, share in zip(
+            scene.landmarks, visible_share(gbuffer, discs, occluded, samples), strict=True
+        ):
+            if (np.array([*mark.position, 0.0]) - T[:3, 3]) @ T[:3, 2] < 0.2:  # beside or behind the camera
+                continue
+            area, _ = area_and_centroid(outline(camera, T, mark))
+            if area < 150:
+                continue
+            assert (ids == mark.id).sum() / area == pytest.approx(share, abs=0.12)
+            shares.append(share)
+    assert len(shares) >= 8
+    assert max(shares) == 1
 
 
 def test_disc_samples_are_spread_evenly(scene_of, floor):

@@ -27,3 +27,11 @@ def test_components_draw_from_streams_of_their_own(monkeypatch: pytest.MonkeyPat
     after = load("corridor", seed=5)
     assert after.landmarks == before.landmarks
     assert any((a.vertices != b.vertices).any() for a, b in zip(after.surfaces, before.surfaces, strict=True))
+
+
+def test_floor_must_be_a_surface() -> None:
+    scene = load("corridor")
+    with pytest.raises(SceneError, match="its floor 'lawn' is none of its surfaces"):
+        replace(scene, floor="lawn")
+    with pytest.raises(SceneError, match="its floor 'carpet' is none of its surfaces"):
+        replace(scene, inlays=("carpet",))

@@ -17,6 +17,13 @@ def test_corridor_is_there_and_described():
     assert info.parameters["laps"] == 1.25
 
 
+def test_places_of_the_library():
+    places = {"atrium", "corridor", "office", "regular", "tabletop", "warehouse"}
+    assert places <= set(library.names())
+    for info in library.describe():
+        assert info.summary.endswith(".") and len(info.summary) <= 110
+
+
 def test_unknown_scene_names_the_known_ones():
     with pytest.raises(library.UnknownSceneError, match="corridor") as caught:
         library.load("coridor")

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.errors import SceneError
-from scenes.tour import drive, rounded_loop
+from scenes.tour import drive, orbit, rounded_loop, starting_at
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0]])
 
@@ -85,3 +85,21 @@ def test_impossible_tours(bad):
     arguments = {"start_m": 0.0, "length_m": 10.0, "speed_mps": 1.0, "interval_s": 1.0, **bad}
     with pytest.raises(SceneError, match="tour: "):
         drive(rounded_loop(SQUARE, 1.0), **arguments)
+
+
+def test_orbit_looks_at_its_centre():
+    tour = orbit((2.0, 3.0), 1.5, 1.25, 0.93, 0.5)
+    offset = np.array([2.0, 3.0]) - tour.poses[:, :2]
+    np.testing.assert_allclose(np.linalg.norm(offset, axis=1), 1.5, rtol=1e-4)
+    heading = np.stack([np.cos(tour.poses[:, 2]), np.sin(tour.poses[:, 2])], axis=-1)
+    assert (heading * offset).sum(axis=1) == pytest.approx(1.5, rel=1e-3)
+    step = np.linalg.norm(np.diff(tour.poses[:, :2], axis=0), axis=1)
+    np.testing.assert_allclose(step, 2 * 1.5 * np.sin(0.93 * 0.5 / 1.5 / 2), rtol=1e-3)
+    assert np.ptp(tour.poses[:, 2]) == pytest.approx(1.25 * 2 * np.pi, abs=0.93 * 0.5 / 1.5)
+
+
+def test_way_starts_where_asked():
+    way = rounded_loop(SQUARE, 1.0)
+    turned = starting_at(way, (5.0, 0.4))
+    np.testing.assert_allclose(turned[0], [5.0, 0.0], atol=0.01)
+    assert length(turned) == pytest.approx(length(way))
