@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from renderers import appearance, bake_points, irradiance, lights, shadows
+from renderers import appearance, bake_points, gather, irradiance, lights, shadows
 from renderers.irradiance import FULL_QUALITY, BakeQuality, Irradiance
 from renderers.lights import UnitLight, unit_lights
 from renderers.mesh import RayCaster, SceneMesh, build_mesh
@@ -72,12 +72,19 @@ def _path(folder: Path, mesh: SceneMesh, layers: list[list[UnitLight]], quality:
 
 def _key(mesh: SceneMesh, layers: list[list[UnitLight]], quality: BakeQuality) -> str:
     digest = hashlib.blake2b(digest_size=16)
-    albedo = irradiance.diffuse_albedo(mesh.materials)
+    albedo = gather.diffuse_albedo(mesh.materials)
     for array in (mesh.vertices, mesh.triangles, mesh.surface, albedo, mesh.uv):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(mesh.textures.digest())
     digest.update(repr((layers, quality)).encode())
-    for module in (irradiance, bake_points, appearance, lights, shadows):  # another method is another result
+    for module in (
+        irradiance,
+        gather,
+        bake_points,
+        appearance,
+        lights,
+        shadows,
+    ):  # another method is another result
         digest.update(Path(str(module.__file__)).read_bytes())
     return digest.hexdigest()
 

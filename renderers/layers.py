@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from renderers.appearance import materials_at
+from renderers.gather import diffuse_albedo
 from renderers.gbuffer import F32, I32, GBuffer, interpolate
-from renderers.irradiance import Irradiance, diffuse_albedo
+from renderers.irradiance import Irradiance
 from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight, bounding_balls
 from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
