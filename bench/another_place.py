@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from pydantic import ValidationError
 
+from bench import log_parts
 from bench.errors import BenchError, unknown_name
 from bench.file_scene import is_file
-from bench.own_scene.build import build
+from bench.sequences.lighting import as_built
 from bench.study_errors import reason
 from bench.study_model import RenderedStudy, SceneChoice
 from scenes import library
 
 
 def in_scene(
-    study: RenderedStudy, name: str | None = None, split: str | None = None, seed: int | None = None
+    study: RenderedStudy,
+    name: str | None = None,
+    split: str | None = None,
+    seed: int | None = None,
+    data: Path | None = None,
 ) -> RenderedStudy:
     """The study in another scene, in another split, or at another of its scenes.
 
@@ -27,6 +34,8 @@ def in_scene(
         A scene of the library, or the path of a glTF file; without one, the study's.
     split : {"train", "test", "validation"}, optional
         Which scenes ``seed`` counts (`scenes.splits`); without one, the study's.
+    data : Path, optional
+        The DLR folder from ``--data``, for a scene that needs the log (`bench.log_parts`).
 
     Raises
     ------
@@ -39,7 +48,7 @@ def in_scene(
     if name is not None and name not in (scene.name, scene.file and scene.file.path):
         other = _choice(name, scene.seed)
         there = study.model_copy(update={"scene": other})
-        ratio = _lumen(there) / _lumen(study)
+        ratio = _lumen(there, data) / _lumen(study, data)
         bulb_lm = tuple(float(f"{value * ratio:.4g}") for value in grid.bulb_lm)
         grid = grid.model_copy(update={"bulb_lm": bulb_lm})
         scene = scene.model_copy(update={"name": other.name, "parameters": {}, "file": other.file})
@@ -64,8 +73,7 @@ def _choice(name: str, seed: int) -> SceneChoice:
         raise BenchError(f"--scene: {reason(SceneChoice, error)}") from None
 
 
-def _lumen(study: RenderedStudy) -> float:
+def _lumen(study: RenderedStudy, data: Path | None) -> float:
     """Of the middle lamp as the scene is built; 1 for a scene without any."""
-    place = study.scene
-    bulbs = library.load(place.name).bulbs if place.file is None else build(study).bulbs
+    bulbs = as_built(log_parts.resolved(study, data)).bulbs
     return float(np.median([bulb.lumen for bulb in bulbs])) if bulbs else 1.0

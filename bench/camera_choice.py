@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
 from bench.study_parts import Part, Positive
-from renderers.camera import Camera, Fisheye, Intrinsics, Pinhole
+from renderers.camera import Camera, Fisheye, Intrinsics, Mount, Pinhole
 from renderers.errors import RendererError
+from vslam.camera import Calibration, mounting
 
 FOV_DEG = 150.0
 """Across the picture: Table 4-1's ±75°."""
@@ -37,9 +39,12 @@ class CameraChoice(Part):
     """The robot's camera. 320 × 240 is Table 4-1.
 
     ``distortion`` is OpenCV's list for the model: (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of a pinhole,
-    (k1, k2, k3, k4) of a fisheye. ``intrinsics`` stand instead of ``fov_deg``.
+    (k1, k2, k3, k4) of a fisheye. ``intrinsics`` stand instead of ``fov_deg``. The mount is that of
+    `renderers.camera.Mount`. ``source: dlr`` takes size, lens and mount from the DLR log's ``camera.json``
+    when the study starts.
     """
 
+    source: Literal["study", "dlr"] = "study"
     model: Literal["fisheye", "pinhole"] = "fisheye"
     width: int = Field(320, ge=16, le=4096)
     height: int = Field(240, ge=16, le=4096)
@@ -47,7 +52,11 @@ class CameraChoice(Part):
     intrinsics: IntrinsicsChoice | None = None
     distortion: tuple[float, ...] = ()
     height_m: Positive = 1.2
+    forward_m: float = 0.0
+    left_m: float = 0.0
     pitch_deg: float = Field(25.0, ge=-90, le=90)
+    yaw_deg: float = Field(0.0, ge=-180, le=180)
+    roll_deg: float = Field(0.0, ge=-180, le=180)
     supersampling: int = Field(1, ge=1, le=8)
     optics: OpticsChoice = OpticsChoice()
 
@@ -81,3 +90,24 @@ def camera(choice: CameraChoice) -> Camera:
     view = Intrinsics(given.fx, given.fy, given.cx, given.cy) if given else choice.fov_deg or FOV_DEG
     model = Fisheye if choice.model == "fisheye" else Pinhole
     return model(choice.width, choice.height, view, choice.distortion)
+
+
+def mount(choice: CameraChoice) -> Mount:
+    """Where the renderer puts the camera on the robot."""
+    return Mount(**_mounted(choice))
+
+
+def calibration(choice: CameraChoice) -> Calibration:
+    """What the robot knows of its camera."""
+    return Calibration(
+        choice.model,
+        choice.width,
+        choice.height,
+        **vars(camera(choice).intrinsics),
+        T_robot_camera=mounting(**_mounted(choice)),
+        distortion=choice.distortion,
+    )
+
+
+def _mounted(choice: CameraChoice) -> dict[str, float]:
+    return {field.name: getattr(choice, field.name) for field in fields(Mount)}

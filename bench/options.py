@@ -43,11 +43,13 @@ class GenerateOptions:
     layouts : tuple of str
         Names of `bench.datasets.layout.layouts`.
     scenes : tuple of str
-        Names out of the library; empty means the study's own.
+        Names out of the library, or glTF files; empty means the study's own.
     splits : tuple of str
         Of "train", "validation" and "test"; empty means one set that is not split.
     workers : int
         Processes, ≥ 1. The bytes do not depend on it.
+    data : Path or None
+        The DLR folder from ``--data``, for a scene or camera that needs the log.
     """
 
     out: Path
@@ -57,6 +59,7 @@ class GenerateOptions:
     scenes: tuple[str, ...] = ()
     splits: tuple[str, ...] = ()
     workers: int = 1
+    data: Path | None = None
 
 
 @dataclass(frozen=True)

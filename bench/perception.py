@@ -14,7 +14,7 @@ from bench.sequences.rendered import RenderedSequence, calibration
 from bench.study_model import FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
-from vslam.detect import DiscDetector
+from vslam.detect import DetectorSettings, DiscDetector
 from vslam.filters import registry
 from vslam.filters.base import LightFilter
 from vslam.frame import Observations
@@ -69,7 +69,8 @@ class Perception:
         self._illuminations = study.illuminations.grid()
         self._filters = [(choice.label, make_filter(choice)) for choice in study.filters]
         self._calibration = calibration(study)
-        self._detect: Callable[[NDArray[np.uint8]], Observations] = DiscDetector(self._calibration)
+        discs = DetectorSettings(study.discs.min_radius_m, study.discs.max_radius_m)
+        self._detect: Callable[[NDArray[np.uint8]], Observations] = DiscDetector(self._calibration, discs)
 
     def frame(self, frame: int) -> FramePercepts:
         """Render one pose once, then record, filter, detect and score it under every illumination."""

@@ -20,6 +20,7 @@ __all__ = [
     "SEQUENCES",
     "CameraChoice",
     "DepthNoise",
+    "DiscChoice",
     "DlrStudy",
     "FileScene",
     "FilterChoice",
@@ -150,6 +151,21 @@ def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
     return (FilterChoice(name="none"), *(f for f in filters if f.name != "none"))
 
 
+class DiscChoice(Part):
+    """What size of disc the detector looks for (`vslam.detect.DetectorSettings`), metres."""
+
+    min_radius_m: float = Field(0.10, ge=0.02, le=1)
+    max_radius_m: float = Field(0.20, ge=0.02, le=1)
+
+    @model_validator(mode="after")
+    def _in_order(self) -> DiscChoice:
+        if not self.min_radius_m < self.max_radius_m:
+            raise ValueError(
+                f"min_radius_m {self.min_radius_m:g} must be below max_radius_m {self.max_radius_m:g}"
+            )
+        return self
+
+
 class SlamChoice(Part):
     """The estimator by its registered names; ``gate`` is the probability of the χ² gate."""
 
@@ -184,6 +200,7 @@ class RenderedStudy(Part):
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()
     filters: Annotated[tuple[FilterChoice, ...], AfterValidator(_none_first)] = (FilterChoice(name="none"),)
+    discs: DiscChoice = DiscChoice()
     slam: SlamChoice = SlamChoice()
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()

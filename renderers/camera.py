@@ -250,20 +250,30 @@ class Fisheye(_Lens):
 
 @dataclass(frozen=True)
 class Mount:
-    """Where the camera sits on the robot: above the origin, tilted down."""
+    """Where the camera sits on the robot, above its origin, and where it looks.
+
+    It is turned to the left by ``yaw_deg``, then tilted down by ``pitch_deg``, then about its optical axis by
+    ``roll_deg``, clockwise as it sees it.
+    """
 
     height_m: float = 1.2
     forward_m: float = 0.0
     pitch_deg: float = 25.0
+    left_m: float = 0.0
+    yaw_deg: float = 0.0
+    roll_deg: float = 0.0
 
     @property
     def T_robot_camera(self) -> FloatArray:
         """(4, 4): maps camera coordinates to robot coordinates."""
-        p = np.radians(self.pitch_deg)
+        p, y, r = np.radians([self.pitch_deg, self.yaw_deg, self.roll_deg])
+        turned = np.array([[np.cos(y), -np.sin(y), 0], [np.sin(y), np.cos(y), 0], [0, 0, 1]])
         forward, down = np.array([np.cos(p), 0, -np.sin(p)]), np.array([-np.sin(p), 0, -np.cos(p)])
+        tilted = np.stack([np.array([0.0, -1.0, 0.0]), down, forward], axis=1)
+        rolled = np.array([[np.cos(r), -np.sin(r), 0], [np.sin(r), np.cos(r), 0], [0, 0, 1]])
         T = np.eye(4)
-        T[:3, :3] = np.stack([np.array([0.0, -1.0, 0.0]), down, forward], axis=1)
-        T[:3, 3] = [self.forward_m, 0.0, self.height_m]
+        T[:3, :3] = turned @ tilted @ rolled
+        T[:3, 3] = [self.forward_m, self.left_m, self.height_m]
         return T
 
 

@@ -10,11 +10,12 @@ from scipy import sparse
 
 from renderers.appearance import materials_at
 from renderers.gbuffer import F32
-from renderers.lights import HORIZON_Z, DirectLight, SkyLight, UnitLight
+from renderers.lights import HORIZON_Z, DirectLight, SkyLight, UnitLight, bounding_balls
 from renderers.lobe_albedo import mean_albedo
 from renderers.mesh import NOTHING, MaterialTable, RayCaster, SceneMesh
 from renderers.shade import DIELECTRIC_F0
 from renderers.shadows import lit_share
+from renderers.threads import BLOCK
 
 BOUNCE_FOOTPRINT_M = 0.1
 """What a bounced ray sees of a texture: 512 rays over a hemisphere are 0.1 m apart at a metre's distance."""
@@ -25,13 +26,16 @@ CAST_AT_ONCE = 4096
 
 def direct_lux(points: F32, normals: F32, layer: list[UnitLight], caster: RayCaster, rays: int) -> F32:
     """(n,) lux of the layer's sun and bulbs on surface points, by some shadow rays to each light."""
-    total = np.zeros(len(points), dtype=np.float32)
+    total, balls = np.zeros(len(points), dtype=np.float32), bounding_balls(points, BLOCK)
     for light in layer:
         if isinstance(light, DirectLight):
-            to_light, lux, _ = light.arriving(points, normals)
-            lit = np.flatnonzero(lux)
-            cosine = np.einsum("nk,nk->n", normals[lit], to_light[lit]).clip(min=0.0)
-            total[lit] += lux[lit] * cosine * lit_share(light, points[lit], normals[lit], caster, rays)
+            reached = np.flatnonzero(np.repeat(~light.misses(*balls), BLOCK)[: len(points)])
+            everywhere = len(reached) == len(points)
+            to_light, lux, _ = light.arriving(*(a if everywhere else a[reached] for a in (points, normals)))
+            some = np.flatnonzero(lux)
+            lit = reached[some]
+            cosine = np.einsum("nk,nk->n", normals[lit], to_light[some]).clip(min=0.0)
+            total[lit] += lux[some] * cosine * lit_share(light, points[lit], normals[lit], caster, rays)
     return total
 
 

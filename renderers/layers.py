@@ -11,14 +11,14 @@ from renderers.appearance import materials_at
 from renderers.gather import diffuse_albedo
 from renderers.gbuffer import F32, I32, GBuffer, interpolate
 from renderers.irradiance import Irradiance
-from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight
+from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight, bounding_balls
 from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 from renderers.reflection import Reflection
 from renderers.shade import shade_ambient, shade_light
 from renderers.shadows import lit_share, visible_shares
 from renderers.surfaces import Surfaces
-from renderers.threads import Threads
+from renderers.threads import BLOCK, Threads
 
 MIRRORED_FOOTPRINT_M = 0.02
 """What a mirrored ray sees of a texture: about a pixel of 8 mrad after 2.5 m."""
@@ -121,12 +121,20 @@ class LayerShader:
         n = len(surfaces.surface)
         arriving = [_Arriving(n) for _ in lights]
 
+        balls = bounding_balls(surfaces.points, BLOCK)
+        missed = [light.misses(*balls) for light in lights]
+
         def arrive(part: slice) -> None:
-            for light, column in zip(lights, arriving, strict=True):
+            for light, column, dark in zip(lights, arriving, missed, strict=True):
+                if dark[part.start // BLOCK]:
+                    column.lux[part] = 0.0
+                    continue
                 found = light.arriving(surfaces.points[part], surfaces.normal[part])
                 column.to_light[part], column.lux[part], column.spread[part] = found
 
         self._threads.over(n, arrive)
+        near = [k for k, column in enumerate(arriving) if column.lux.any()]  # of a building's lamps, a few
+        lights, arriving = [lights[k] for k in near], [arriving[k] for k in near]
         lux = [column.lux for column in arriving]
         points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
         shares = visible_shares(lights, lux, points, normals, self._caster, shape, self._threads)

@@ -38,6 +38,9 @@ class UnitLight(Protocol):
 class DirectLight(UnitLight, Protocol):
     """A light seen as a small disc from each point: it casts shadows and has a GGX highlight."""
 
+    def misses(self, centres: F64, radii: F64) -> NDArray[np.bool_]:
+        """(k,) bool: balls, (k, 3) and (k,) metres, that surely get no light, whatever their normals."""
+
     def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """Light at surface points at unit intensity, as if nothing stood in its way.
 
@@ -89,6 +92,10 @@ class SunLight:
         """See `DirectLight.far`."""
         return np.inf
 
+    def misses(self, centres: F64, radii: F64) -> NDArray[np.bool_]:
+        """See `DirectLight.misses`."""
+        return np.full(len(radii), self.direction[2] <= 0)
+
     def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """See `DirectLight.arriving`. A sun below the horizon gives nothing."""
         return _towards_sun(normals, np.array(self.direction, dtype=np.float32))
@@ -123,6 +130,16 @@ class BulbLight:
         )
         return float(candela / (np.pi * self.radius**2))
 
+    def misses(self, centres: F64, radii: F64) -> NDArray[np.bool_]:
+        """See `DirectLight.misses`: balls wholly outside the cone that a spot shines into."""
+        widest = np.radians(self.photometry.vertical[-1])
+        if self.photometry.candela_per_lumen.size == 1 or widest >= np.pi / 2:
+            return np.zeros(len(radii), dtype=bool)
+        offset, axis = centres - np.asarray(self.position), _frame(self.aim)[2]
+        along = offset @ axis
+        aside = np.linalg.norm(offset - along[:, None] * axis, axis=1)
+        return np.asarray(aside * np.cos(widest) - along * np.sin(widest) > radii)
+
     def arriving(self, points: F32, normals: F32) -> tuple[F32, F32, F32]:
         """See `DirectLight.arriving`: E = I / d², which is exact for a sphere too."""
         table = self.photometry
@@ -152,6 +169,14 @@ class SkyLight:
 
     name: str
     luminance: float = 1 / np.pi
+
+
+def bounding_balls(points: F32, block: int) -> tuple[F64, F64]:
+    """Centres (k, 3) and radii (k,) of balls about each ``block`` successive points of (n, 3), metres."""
+    starts = np.arange(0, len(points), block)
+    low = np.minimum.reduceat(points, starts).astype(np.float64)
+    high = np.maximum.reduceat(points, starts).astype(np.float64)
+    return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + 1e-3  # float32 rounds up to 1e-5
 
 
 def unit_lights(scene: Scene) -> dict[str, list[UnitLight]]:

@@ -62,7 +62,8 @@ def describe() -> list[SceneInfo]:
     infos = []
     for name, build in sorted(_builders().items()):
         parameters = {p.name: p.default for p in inspect.signature(build).parameters.values()}
-        infos.append(SceneInfo(name, (inspect.getdoc(build) or "").splitlines()[0], parameters))
+        summary = (inspect.getdoc(build) or "").partition("\n")[0]
+        infos.append(SceneInfo(name, summary, parameters))
     return infos
 
 

@@ -245,15 +245,24 @@ def mounted(
     return Calibration(model, width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, pose)
 
 
-def mounting(height_m: float = 1.2, forward_m: float = 0.0, pitch_deg: float = 25.0) -> FloatArray:
+def mounting(
+    height_m: float = 1.2,
+    forward_m: float = 0.0,
+    pitch_deg: float = 25.0,
+    left_m: float = 0.0,
+    yaw_deg: float = 0.0,
+    roll_deg: float = 0.0,
+) -> FloatArray:
     """(4, 4) float64: maps coordinates of a camera that looks forward and down to the robot's.
 
     Parameters
     ----------
-    height_m, forward_m : float
-        Of the optical centre above the floor and ahead of the robot's origin, metres.
+    height_m, forward_m, left_m : float
+        Of the optical centre above the floor, ahead and to the left of the robot's origin, metres.
     pitch_deg : float
         Downward tilt of the optical axis, degrees.
+    yaw_deg, roll_deg : float
+        Turn to the left before the tilt; about the optical axis after it, clockwise as the camera sees it.
 
     Raises
     ------
@@ -263,11 +272,13 @@ def mounting(height_m: float = 1.2, forward_m: float = 0.0, pitch_deg: float = 2
     if not height_m > 0.0:
         raise VslamError(f"calibration: camera height must be above the floor, not {height_m} m")
     c, s = np.cos(np.radians(pitch_deg)), np.sin(np.radians(pitch_deg))
-    return np.array(
-        [
-            [0.0, -s, c, forward_m],
-            [-1.0, 0.0, 0.0, 0.0],
-            [0.0, -c, -s, height_m],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
+    pose = np.eye(4)
+    tilted = np.array([[0.0, -s, c], [-1.0, 0.0, 0.0], [0.0, -c, -s]])
+    pose[:3, :3] = _about_z(yaw_deg) @ tilted @ _about_z(roll_deg)
+    pose[:3, 3] = forward_m, left_m, height_m
+    return pose
+
+
+def _about_z(degrees: float) -> FloatArray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

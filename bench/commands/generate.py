@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.commands.parameters import StudyOption, WorkersOption, workers_or_cores
+from bench.commands.parameters import DataOption, StudyOption, WorkersOption, workers_or_cores
 
 if TYPE_CHECKING:
     from bench.options import GenerateOptions
@@ -59,6 +59,7 @@ def generate(
         typer.Option("--frames", min=1, metavar="N", help="The first N of each tour. (Default: all.)"),
     ] = None,
     workers: WorkersOption = None,
+    data: DataOption = None,
 ) -> None:
     """Write a study's pictures and their ground truth as a data set."""
     from bench.errors import BenchError
@@ -79,7 +80,7 @@ def generate(
 
         illuminations, scenes, splits = (tuple(names or ()) for names in (illumination, scene, split))
         layouts = tuple(layout or ("tum",))
-        _write(study, GenerateOptions(out, illuminations, frames, layouts, scenes, splits, count))
+        _write(study, GenerateOptions(out, illuminations, frames, layouts, scenes, splits, count, data))
     typer.echo(f"data set: {resume or out}")
 
 

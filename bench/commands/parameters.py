@@ -50,9 +50,9 @@ ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The r
 
 
 def placed(
-    study: RenderedStudy | DlrStudy, scene: str | None, split: SplitName | None
+    study: RenderedStudy | DlrStudy, scene: str | None, split: SplitName | None, data: Path | None = None
 ) -> RenderedStudy | DlrStudy:
-    """The study in the scene that the options name."""
+    """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study
     if study.sequence != "rendered":
@@ -62,7 +62,7 @@ def placed(
         raise BenchError(f"{option}: study {study.name!r} renders nothing; leave the option out")
     from bench.another_place import in_scene
 
-    return in_scene(study, scene, None if split is None else split.value)
+    return in_scene(study, scene, None if split is None else split.value, data=data)
 
 
 def command_line() -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.commands.parameters import StudyOption
+from bench.commands.parameters import DataOption, StudyOption
 
 EXAMPLE = "Example: python -m bench preview corridor"
 
@@ -31,9 +31,10 @@ def preview(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the pictures go.")] = Path(
         "previews"
     ),
+    data: DataOption = None,
 ) -> None:
     """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
-    from bench import catalogue
+    from bench import catalogue, log_parts
     from bench.another_place import in_scene
     from bench.errors import BenchError
     from bench.options import PreviewOptions
@@ -43,7 +44,7 @@ def preview(
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
-    chosen = in_scene(chosen, scene, seed=seed)
+    chosen = log_parts.resolved(in_scene(chosen, scene, seed=seed, data=data), data)
     catalogue.check(chosen)
     from bench.preview.preview import preview as draw
 

@@ -50,16 +50,17 @@ def run(
     ] = None,
 ) -> None:
     """Run a study: render or replay, filter, map, navigate, score, report."""
-    from bench import catalogue
+    from bench import catalogue, log_parts
     from bench.commands.report import show
     from bench.errors import BenchError
     from bench.options import RunOptions
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(placed(load(study), scene, split), engine, seed)
-    if data is not None and chosen.sequence != "dlr":
+    chosen = _override(placed(load(study), scene, split, data), engine, seed)
+    if data is not None and not log_parts.reads_log(chosen):
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
+    chosen = log_parts.resolved(chosen, data)
     catalogue.check(chosen)
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that

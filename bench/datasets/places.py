@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bench import catalogue
+from bench import catalogue, log_parts
 from bench.another_place import in_scene
 from bench.datasets.model import NO_SPLIT, Place
 from bench.errors import BenchError, unknown_name
@@ -50,7 +50,7 @@ def _positions(study: RenderedStudy, names: Sequence[str]) -> list[int]:
 def _places(study: RenderedStudy, options: GenerateOptions, chosen: list[int]) -> Iterator[Place]:
     for scene in dict.fromkeys(options.scenes or [None]):
         for split in dict.fromkeys(options.splits or [None]):
-            own = in_scene(study, scene, split)
+            own = log_parts.resolved(in_scene(study, scene, split, data=options.data), options.data)
             catalogue.check(own)
             grid, place = own.illuminations.grid(), load_scene(own)
             length = len(place.tour.stamps)

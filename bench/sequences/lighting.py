@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bench.illumination_grid import Illumination
 from bench.own_scene import build as own_scene
 from bench.sequences import lamps
+from bench.sequences.dlr_drive import drive_log
 from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
@@ -43,15 +44,15 @@ def as_built(study: RenderedStudy) -> Scene:
     if study.scene.file is not None:
         return lamps.fitted(own_scene.build(study), study.scene.lamps)
     split, seed = study.scene.split, study.scene.seed
-    scene = library.load(
-        study.scene.name,
-        **{
-            "seed": seed if split is None else seed_of(split, seed),
-            "speed_mps": study.tour.speed_mps,
-            "frame_interval_s": study.tour.frame_interval_s,
-            **study.scene.parameters,
-        },
-    )
+    parameters = {
+        "seed": seed if split is None else seed_of(split, seed),
+        "speed_mps": study.tour.speed_mps,
+        "frame_interval_s": study.tour.frame_interval_s,
+        **study.scene.parameters,
+    }
+    if isinstance(parameters.get("log"), str):
+        parameters["log"] = drive_log(Path(parameters["log"]))
+    scene = library.load(study.scene.name, **parameters)
     return lamps.fitted(scene, study.scene.lamps)
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.camera_choice import camera
+from bench import camera_choice
+from bench.camera_choice import camera, mount
 from bench.rng import generator
 from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
-from renderers.camera import Mount
 from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.metering import Exposure, meter
 from renderers.motion_blur import image_velocity, motion_blurred
@@ -24,7 +24,7 @@ from renderers.sensor import Sensor
 from renderers.sensor_sheet import Sheet
 from renderers.truth import Recording, record
 from scenes.tour import body_twist
-from vslam.camera import Calibration, mounting
+from vslam.camera import Calibration
 from vslam.frame import Odometry
 
 FloatArray = NDArray[np.float64]
@@ -68,7 +68,7 @@ class RenderedSequence:
         self._setup, self.study = setup, setup.study
         self.scene = load_scene(setup.study)
         self._lighting = Lighting(setup.study, self.scene, as_built(setup.study), setup.colours)
-        self._mount = Mount(setup.study.camera.height_m, 0.0, setup.study.camera.pitch_deg)
+        self._mount = mount(setup.study.camera)
         self.sensor, self._optics = sensor(setup.study), _optics(setup.study)
         self._moving: tuple[LightBasis, Velocities] | None = None
 
@@ -157,15 +157,7 @@ class RenderedSequence:
 
 def calibration(study: RenderedStudy) -> Calibration:
     """What the robot knows of its camera."""
-    choice = study.camera
-    return Calibration(
-        choice.model,
-        choice.width,
-        choice.height,
-        **vars(camera(choice).intrinsics),
-        T_robot_camera=mounting(choice.height_m, 0.0, choice.pitch_deg),
-        distortion=choice.distortion,
-    )
+    return camera_choice.calibration(study.camera)
 
 
 def _optics(study: RenderedStudy) -> Optics:

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.camera_choice import camera
+from bench import camera_choice
+from bench.camera_choice import CameraChoice, camera
 from bench.errors import BenchError
 from bench.sequences.rendered import calibration
 from bench.study import DlrStudy, RenderedStudy, dump, load, names, parse
@@ -215,3 +217,29 @@ def test_no_text_gives_anything_but_one_line(text):
         parse(text, "mine.yaml")
     except BenchError as error:
         assert "\n" not in str(error)
+
+
+def test_a_camera_set_askew_is_the_same_to_renderer_and_robot():
+    """Turned left, tilted down, rolled: OpenCV's rotations about the camera's own axes, in this order."""
+    askew = {
+        "forward_m": 0.3,
+        "left_m": -0.2,
+        "height_m": 1.4,
+        "pitch_deg": 20,
+        "yaw_deg": 15,
+        "roll_deg": -8,
+    }
+    choice = CameraChoice.model_validate(askew)
+    known = camera_choice.calibration(choice).T_robot_camera
+    np.testing.assert_allclose(camera_choice.mount(choice).T_robot_camera, known, atol=1e-15)
+    axes = np.array(
+        [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
+    )  # a level camera's right, down and ahead in the robot
+    for axis, degrees in (([0, 1, 0], -15), ([1, 0, 0], -20), ([0, 0, 1], -8)):
+        axes = axes @ cv2.Rodrigues(np.radians(degrees) * np.array(axis, dtype=float))[0]
+    np.testing.assert_allclose(known[:3, :3], axes, atol=1e-12)
+    assert known[:3, 3].tolist() == [0.3, -0.2, 1.4]
+
+
+def test_discs_out_of_order_are_refused():
+    assert "min_radius_m 0.3 must be below max_radius_m 0.2" in refusal(HEAD + "discs: {min_radius_m: 0.3}\n")

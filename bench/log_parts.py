@@ -1,0 +1,53 @@
+"""What a rendered study takes from the DLR log: the folder for a scene that rebuilds it, and its camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+from bench.data import dlr_folder
+from bench.study_model import DlrStudy, RenderedStudy
+
+S = TypeVar("S", RenderedStudy, DlrStudy, RenderedStudy | DlrStudy)
+
+LOG = "log"
+"""Name of the parameter by which a scene's builder asks for the log."""
+
+
+def reads_log(study: RenderedStudy | DlrStudy) -> bool:
+    """Whether the study replays the log, or its scene or camera comes from it."""
+    if isinstance(study, DlrStudy):
+        return True
+    return study.camera.source == "dlr" or _scene_asks(study.scene.name)
+
+
+def _scene_asks(name: str) -> bool:
+    from scenes import library
+
+    return any(info.name == name and LOG in info.parameters for info in library.describe())
+
+
+def resolved(study: S, data: Path | None = None) -> S:
+    """The study with the log's folder and the numbers of its camera filled in; others stay as they are.
+
+    Parameters
+    ----------
+    data : Path or None
+        From ``--data``; None searches the usual places (`bench.data.dlr_folder`).
+
+    Raises
+    ------
+    BenchError
+        If the study needs the log and there is none, or it has no camera.
+    """
+    if not isinstance(study, RenderedStudy) or not reads_log(study):
+        return study
+    from bench.sequences.dlr_camera import robot_camera
+
+    folder, scene, camera = dlr_folder(data).resolve(), study.scene, study.camera
+    if _scene_asks(scene.name):
+        scene = scene.model_copy(update={"parameters": {LOG: str(folder), **scene.parameters}})
+    if camera.source == "dlr":
+        own = {"supersampling": camera.supersampling, "optics": camera.optics}
+        camera = robot_camera(folder).model_copy(update=own)
+    return study.model_copy(update={"scene": scene, "camera": camera})
