@@ -68,7 +68,7 @@ def test_split_in_a_study_file():
         (["run", "--study", "dlr", "--scene", "atrium"], "--scene: study 'dlr' renders nothing"),
         (
             ["generate", "--out", "x", "--study", "dlr", "--split", "test"],
-            "--split: study 'dlr' renders nothing",
+            "study 'dlr' renders nothing",
         ),
         (["preview", "atrum"], "unknown scene 'atrum': did you mean 'atrium'?"),
     ],

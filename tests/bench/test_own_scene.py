@@ -189,5 +189,5 @@ def test_a_file_is_generated_end_to_end(glb, tmp_path, capsys):
     arguments = ["generate", "--study", str(study), "--scene", str(path), "--frames", "1", "--out", str(out)]
     assert execute(arguments) == 0
     assert capsys.readouterr().err.count("lamps give") == 1
-    assert [p.name for p in out.iterdir()] == ["hall"]
-    assert len(list(out.glob("hall/*/rgb/*.png"))) == 1
+    assert [p.name for p in (out / "tum").iterdir()] == ["hall"]
+    assert len(list(out.glob("tum/hall/*/rgb/*.png"))) == 1
