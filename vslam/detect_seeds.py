@@ -17,6 +17,7 @@ _INNER, _OUTER = 4, 12  # samples on the rings
 # Least step between the rings, grey levels. That all 5 inner samples exceed all 12 outer ones happens in pure
 # noise with probability 1/6188, so two levels on top of it are enough.
 LEAST_STEP = 2.0
+_ALIKE = 1.25  # sizes that differ by less share a table
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class RingTable:
 def ring_tables(
     calibration: Calibration, min_radius_m: float, max_radius_m: float, searched: NDArray[np.bool_]
 ) -> tuple[RingTable, ...]:
-    """Tables for small and for large discs, whose sizes meet at the geometric mean.
+    """Tables for small and for large discs, whose sizes meet at the geometric mean; one where all are alike.
 
     A table covers the searched pixels where the smallest of its discs is a pixel thick and whose rings lie
     inside the picture; every second column where a disc is so wide that one of two pixels well inside it
@@ -53,7 +54,8 @@ def ring_tables(
         Pixels whose floor point may be a disc's centre.
     """
     middle = float(np.sqrt(min_radius_m * max_radius_m))
-    spans = ((min_radius_m, middle), (middle, max_radius_m))
+    alike = max_radius_m <= _ALIKE * min_radius_m
+    spans = ((min_radius_m, max_radius_m),) if alike else ((min_radius_m, middle), (middle, max_radius_m))
     return tuple(_ring_table(calibration, low, high, searched) for low, high in spans)
 
 
