@@ -184,6 +184,8 @@ def _write(
         folder.write_trajectory(stem, scene.tour.stamps, run.poses)
         if run.row["seed"] == 0:
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
+        if run.grid is not None:
+            folder.write_map(stem, run.grid)
     np.savez_compressed(
         figures / f"occupancy--{scene.name}.npz",
         blocked=occupancy.blocked,
