@@ -10,6 +10,7 @@ from itertools import product
 from bench import study as study_files
 from bench.errors import unknown_name
 from bench.study import DlrStudy, RenderedStudy, Study
+from bench.study_model import DlrPicturesStudy
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,17 @@ def _(study: DlrStudy) -> None:
         SlamSettings(study.backend, association, observation, study.gate)
 
 
-def _try_parameters(study: RenderedStudy) -> None:
+@check.register
+def _(study: DlrPicturesStudy) -> None:
+    from vslam.slam import SlamSettings
+
+    _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
+    _try_parameters(study)
+    for backend, association, observation in product(study.backends, study.associations, study.observations):
+        SlamSettings(backend, association, observation, study.gate)
+
+
+def _try_parameters(study: RenderedStudy | DlrPicturesStudy) -> None:
     """Build the filters whose parameters a study sets, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DlrStudy, RenderedStudy, Study
+from bench.study_model import RenderedStudy, Study
 
 S = TypeVar("S", bound=Study)
 
@@ -16,7 +16,7 @@ LOG = "log"
 
 def reads_log(study: Study) -> bool:
     """Whether the study replays the log, or its scene or camera comes from it."""
-    if isinstance(study, DlrStudy):
+    if not isinstance(study, RenderedStudy):
         return True
     return study.camera.source == "dlr" or _scene_asks(study.scene.name)
 

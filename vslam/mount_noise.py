@@ -1,8 +1,8 @@
 """How far a camera's mount can be trusted: a robot that nods and rolls moves its floor points.
 
-Turning the camera by a small angle δ about an axis a turns the ray d to a floor point P = c + d into d + δ a × d,
-which meets the floor at P + δ J_a,  J_a = (a × d)_xy − d_xy (a × d)_z / d_z.  With d_z = −h, the robot's left
-axis (pitch) and forward axis (roll):
+Turning the camera by a small angle δ about an axis a turns the ray d to a floor point P = c + d into
+d + δ a × d, which meets the floor at P + δ J_a,  J_a = (a × d)_xy − d_xy (a × d)_z / d_z.  With d_z = −h, for
+the robot's left axis (pitch) and forward axis (roll):
 
     J_pitch = −(h + d_x²/h, d_x d_y/h)        J_roll = (d_x d_y/h, h + d_y²/h)
 """

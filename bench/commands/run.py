@@ -48,6 +48,12 @@ def run(
         int | None,
         typer.Option("--seed", min=0, metavar="S", help="Instead of the study's. (Default: the study's.)"),
     ] = None,
+    stride: Annotated[
+        int | None,
+        typer.Option(
+            "--stride", min=1, metavar="N", help="Every N-th recorded picture. (Default: the study's.)"
+        ),
+    ] = None,
 ) -> None:
     """Run a study: render or replay, filter, map, navigate, score, report."""
     from bench import catalogue, log_parts
@@ -57,7 +63,7 @@ def run(
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(placed(load(study), scene, split, data), engine, seed)
+    chosen = _override(placed(load(study), scene, split, data), engine, seed, stride)
     if data is not None and not log_parts.reads_log(chosen):
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     chosen = log_parts.resolved(chosen, data)
@@ -69,9 +75,10 @@ def run(
     show(runner.run(chosen, options, Bars(), report=html.build))
 
 
-def _override(study: Study, engine: EngineName | None, seed: int | None) -> Study:
+def _override(study: Study, engine: EngineName | None, seed: int | None, stride: int | None) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
+    from bench.study import dump, parse
 
     changes: dict[str, object] = {}
     if seed is not None:
@@ -80,4 +87,13 @@ def _override(study: Study, engine: EngineName | None, seed: int | None) -> Stud
         if study.sequence != "rendered":
             raise BenchError(f"--engine: study {study.name!r} renders nothing; leave the option out")
         changes["engine"] = engine.value
-    return study.model_copy(update=changes)
+    if stride is not None:
+        if study.sequence != "dlr_pictures":
+            raise BenchError(
+                f"--stride: study {study.name!r} reads no recorded pictures; leave the option out"
+            )
+        changes["stride"] = stride
+    if not changes:
+        return study
+    # parsed again: a changed key may not fit the others
+    return parse(dump(study.model_copy(update=changes)), f"study {study.name!r}")
