@@ -13,18 +13,19 @@ from reports.wording import interval, number
 REAL = (
     "The pictures are real, and nothing is drawn into them: one PAL field each, grey, rows half as dense as "
     "columns. They hold little glare; light filters meet white walls, lit floors and white discs here.",
-    "Recall asks for the log's annotated rows, precision for its least-squares map: the rows leave many visible "
-    "far discs out. Either counts within 0.15 m on the floor. What precision calls false is, in the pictures "
-    "looked at, mostly a real disc that the map has elsewhere or not at all; reflections in glass doors and "
-    "shadows are the rest.",
-    "The log's rows have biased ranges (4 cm too far at 1.5 m, 9 cm too near at 3.5 m, against their own map), "
-    "and camera.json was fitted to them. The mount is therefore calibrated on the map, on pictures that no score "
-    "counts. “By pixel” looks for the rows where the picture shows them, through the calibrated mount.",
-    "The reference track is the least-squares solution of the log's own rows, outliers and bias included. Those "
-    "very rows, smoothed with a robust loss, end about half a metre from it: a smaller RMSE says more about "
-    "shared errors than about the robot's place.",
+    "Recall asks for the log's annotated rows, precision for its least-squares map: the rows leave many "
+    "visible far discs out. Either counts within 0.15 m on the floor. What precision calls false is, in the "
+    "pictures looked at, mostly a real disc that the map has elsewhere or not at all; reflections in glass "
+    "doors and shadows are the rest.",
+    "The log's rows have biased ranges (4 cm too far at 1.5 m, 9 cm too near at 3.5 m, against their own "
+    "map), and camera.json was fitted to them. The mount is therefore calibrated on the map, on pictures that "
+    "no score counts. “By pixel” looks for the rows where the picture shows them, through that mount.",
+    "The reference track is the least-squares solution of the log's own rows, outliers and bias included. "
+    "Those very rows, smoothed with a robust loss, end about half a metre from it: a smaller RMSE says more "
+    "about shared errors than about the robot's place.",
     "Annotated association takes the id of the mapped disc that a detection lies on (within 0.15 m).",
-    "A grey picture has no chromaticity: a filter that separates by colour masks much of it and repairs nothing.",
+    "A grey picture has no chromaticity: a filter that separates by colour masks much of it and repairs "
+    "nothing.",
 )
 
 

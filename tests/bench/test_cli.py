@@ -84,6 +84,8 @@ def test_lists_name_what_exists_with_a_line_about_it(capsys, kind, name):
         (["run", "--workers", "0"], "greater than or equal to 1; see python -m bench run --help"),
         (["run", "--seed", "-1"], "greater than or equal to 0"),
         (["run", "--study", "dlr", "--engine", "raycast"], "--engine: study 'dlr' renders nothing"),
+        (["run", "--study", "dlr", "--stride", "2"], "--stride: study 'dlr' reads no recorded pictures"),
+        (["run", "--study", "dlr_pictures", "--stride", "20"], "stride 20 takes only pictures that"),
         (["run", "--study", "dlr", "--data", "nowhere"], "searched --data nowhere"),
         (["generate"], "--out"),
         (["generate", "--out", "x", "--resume", "x"], "give one of --out DIR, --resume DIR and --verify DIR"),
