@@ -43,7 +43,7 @@ def calibrated(camera: CameraChoice, sightings: Sequence[Sighting]) -> CameraCho
         pixels, discs = _pairs(camera, sightings, gate)
         if len(pixels) < _LEAST:
             raise BenchError(
-                f"mount: {len(pixels)} detections within {gate:g} m of a mapped disc are too few to calibrate "
+                f"mount: {len(pixels)} detections within {gate:g} m of a mapped disc: too few to calibrate "
                 f"the camera ({_LEAST} needed); lower calibrate_every or set it to 0"
             )
         start = [float(getattr(camera, name)) for name in PARAMETERS]
