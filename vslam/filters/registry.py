@@ -11,7 +11,8 @@ from functools import cache
 from typing import Any, TypeVar
 
 from vslam.errors import VslamError
-from vslam.filters.base import LightFilter
+from vslam.filters.base import LightFilter, PictureForm, wanted_form
+from vslam.filters.parameters import FilterParameter, parameters_of
 
 
 class UnknownFilterError(VslamError):
@@ -37,11 +38,26 @@ class FilterParameterError(VslamError):
 
 @dataclass(frozen=True)
 class FilterDescription:
-    """What ``list`` shows of a filter: its name, what it does in one line, and the paper and equations."""
+    """What ``list`` shows of a filter.
+
+    Attributes
+    ----------
+    name : str
+    summary : str
+        What it does, one line.
+    source : str
+        Paper and equations.
+    parameters : tuple of FilterParameter
+        What a study may set, in the order of their definition.
+    wants : PictureForm
+        The picture it takes.
+    """
 
     name: str
     summary: str
     source: str
+    parameters: tuple[FilterParameter, ...] = ()
+    wants: PictureForm = PictureForm.SRGB8
 
 
 @dataclass(frozen=True)
@@ -80,7 +96,8 @@ def register(name: str, summary: str, source: str) -> Callable[[F], F]:
                 f"light filter {name!r} is registered twice, by {_place(taken.factory)} and "
                 f"{_place(factory)}: rename one"
             )
-        _entries[name] = _Entry(FilterDescription(name, summary, source), factory)
+        description = FilterDescription(name, summary, source, parameters_of(factory), wanted_form(factory))
+        _entries[name] = _Entry(description, factory)
         return factory
 
     return add
