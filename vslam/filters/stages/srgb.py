@@ -1,4 +1,4 @@
-"""The sRGB transfer function of 8-bit pictures (IEC 61966-2-1), exact in both directions.
+"""The sRGB transfer function (IEC 61966-2-1), exact in both directions: by table for 8 bits, else by formula.
 
 Eq. 3-5 adds light, so it holds for linear values only; pictures are recorded encoded.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -16,21 +17,31 @@ _CODES = np.arange(256)
 _BINS = 4096
 
 
-def _to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
+def decode_exactly(encoded: NDArray[Any]) -> NDArray[np.float64]:
+    """Linear light 0…1 of encoded values 0…1, by the formula; any shape."""
+    encoded = np.asarray(encoded, dtype=np.float64)
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
-DECODED = _to_linear(_CODES / 255.0).astype(np.float32)
+def encode_exactly(linear: NDArray[Any]) -> NDArray[np.float64]:
+    """Encoded values 0…1 of linear light 0…1, by the formula; any shape."""
+    linear = np.asarray(linear, dtype=np.float64)
+    # the two branches of the standard meet here to within 10⁻⁸, so that decoding gives the same value back
+    return np.where(linear <= 0.04045 / 12.92, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+DECODED = decode_exactly(_CODES / 255.0).astype(np.float32)
 """(256,) float32: the linear value of each code, 0…1."""
 
 # Code k is the nearest to linear values between boundary k and boundary k + 1
-BOUNDARIES = np.concatenate([[-np.inf], _to_linear((_CODES[1:] - 0.5) / 255.0), [np.inf]])
+BOUNDARIES = np.concatenate([[-np.inf], decode_exactly((_CODES[1:] - 0.5) / 255.0), [np.inf]])
 CODE_AT_BIN = (np.searchsorted(BOUNDARIES, np.arange(_BINS + 1) / _BINS, side="right") - 1).astype(np.uint8)
 
 
 def decode(encoded: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Linear light 0…1, float32, of sRGB codes; any shape."""
-    return DECODED[encoded]
+    flat = np.ascontiguousarray(encoded).reshape(1, -1)
+    return np.asarray(cv2.LUT(flat, DECODED), dtype=np.float32).reshape(encoded.shape)
 
 
 def encode(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
