@@ -16,6 +16,7 @@ from bench import strips
 from bench.data import cache_folder
 from bench.localisation import Localised, Variant, World, localise
 from bench.metrics import navigation
+from bench.options import RunOptions
 from bench.perception import FramePercepts, Perception
 from bench.progress import Progress
 from bench.rng import generator
@@ -31,8 +32,9 @@ from scenes.occupancy import TrueOccupancy, true_occupancy
 from vslam.filters.apply import FilterFailureError
 
 
-def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress) -> RunFacts:
-    """Run a rendered study into a run folder with ``count`` processes."""
+def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+    """Run a rendered study into a run folder."""
+    count = options.workers
     choice = choose_engine(study.engine)
     if choice.notice:
         progress.notice(choice.notice)

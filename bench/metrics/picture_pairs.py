@@ -161,8 +161,7 @@ def delta_e(repaired: FloatArray, target: FloatArray, linear: bool) -> float:
     """Mean CIEDE2000 over the pixels."""
     import colour
 
-    lab = (_lab(picture, linear) for picture in (repaired, target))
-    return float(np.mean(colour.delta_E(*lab, method="CIE 2000")))
+    return float(np.mean(colour.delta_E(_lab(repaired, linear), _lab(target, linear), method="CIE 2000")))
 
 
 def _similarity(one: FloatArray, other: FloatArray, blurred):  # type: ignore[no-untyped-def]
