@@ -136,5 +136,5 @@ Filters = Annotated[
     AfterValidator(_none_first),
     AfterValidator(_labels_differ),
 ]
-"""A study's filters, or "all" that are registered: sweeps written out, doing nothing first, each with a label of
-its own."""
+"""A study's filters, or "all" that are registered: sweeps written out, doing nothing first, each with a label
+of its own."""

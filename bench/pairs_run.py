@@ -26,7 +26,7 @@ from bench.store import RunFolder
 from bench.study_model import FilterChoice, PairsStudy
 from bench.workers import workers
 from vslam.filters.apply import FilterFailureError, apply
-from vslam.filters.base import Encoding, Filtered, PictureCalibration
+from vslam.filters.base import Encoding, Filtered, LightFilter, PictureCalibration
 
 Row = dict[str, Any]
 GIVEN = "given mask"
@@ -97,9 +97,10 @@ def _score_picture(task: _Task) -> _Scored:
     scored = _Scored([], [])
     for choice in task.filters:
         labels = {"picture": pair.name, "filter": choice.label}
+        light_filter = make_filter(choice)
         start = time.perf_counter()
         try:
-            filtered = _filtered(pair, choice, task.linear)
+            filtered = _filtered(pair, light_filter, task.linear)
         except FilterFailureError as error:
             scored.pictures.append(_failed(pair, error.reason) | labels)
             continue
@@ -113,9 +114,9 @@ def _score_picture(task: _Task) -> _Scored:
     return scored
 
 
-def _filtered(pair: PicturePair, choice: FilterChoice, linear: bool) -> Filtered:
+def _filtered(pair: PicturePair, light_filter: LightFilter, linear: bool) -> Filtered:
     encoding = Encoding.LINEAR if linear else Encoding.SRGB
-    return apply(make_filter(choice), pair.picture, PictureCalibration(encoding))
+    return apply(light_filter, pair.picture, PictureCalibration(encoding))
 
 
 def _failed(pair: PicturePair, reason: str) -> Row:
@@ -143,7 +144,7 @@ def _as_frames(pictures: Sequence[Row], data: Path) -> list[Row]:
 def _show(task: tuple[_Task, strips.Choice]) -> strips.Strip:
     told, choice = task
     pair = load(told.files)
-    light_filter = next(f for f in told.filters if f.label == choice.row["filter"])
+    light_filter = next(make_filter(f) for f in told.filters if f.label == choice.row["filter"])
     filtered = _filtered(pair, light_filter, told.linear)
     truth = list(true_masks(pair, told.thresholds).values())[-1]
     pictures = (pair.picture, truth, filtered.mask, filtered.image, pair.diffuse)

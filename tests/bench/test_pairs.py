@@ -57,7 +57,7 @@ def test_files_of_all_kinds_hold_the_same_light(folder):
 def test_openexr_is_read_in_rgb(folder):
     import OpenEXR
 
-    diffuse, lit, _ = scene(0)
+    _, lit, _ = scene(0)
     (folder / "input" / "p0.png").unlink()
     channels = {c: np.ascontiguousarray(lit[..., k], dtype=np.float32) for k, c in enumerate("RGB")}
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
