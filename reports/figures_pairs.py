@@ -52,6 +52,7 @@ def _figure(data: DataFrame) -> Figure:
         axes.scatter(milliseconds, decibels, s=24, color=style.SERIES[0], zorder=3)
         axes.annotate(name, (milliseconds, decibels), (4, 3), textcoords="offset points", fontsize=7.5)
     axes.set_xscale("log")
+    axes.margins(x=0.15)
     axes.set_xlabel("time per picture, ms")
     axes.set_ylabel("PSNR, dB")
     axes.grid(True)

@@ -49,7 +49,7 @@ REPAIR = (
     Measure("psnr_db", "PSNR", "dB", 2),
     Measure("psnr_in_mask_db", "in-mask PSNR", "dB", 2),
     Measure("ssim", "SSIM", "", 4),
-    Measure("ssim_volume", "SSIM, MATLAB's 3-D form", "", 4),
+    Measure("ssim_volume", "SSIM (3-D)", "", 4),
     Measure("lmse", "LMSE", "", 4, higher_is_better=False),
     Measure("delta_e", "ΔE2000", "", 2, higher_is_better=False),
     Measure("filter_ms", "time", "ms", 1, higher_is_better=False),
