@@ -16,7 +16,10 @@ _BINS = 2048  # over 1/3…1: a step of 0.0003, far below GREY_MARGIN
 
 
 def picture_chromaticity(
-    image: NDArray[np.uint8], highlight_free: NDArray[np.bool_], quantile: float = 0.5
+    image: NDArray[np.uint8],
+    highlight_free: NDArray[np.bool_],
+    quantile: float = 0.5,
+    decoded: NDArray[np.float32] = DECODED,
 ) -> float:
     """Take a quantile of σ over the usable highlight-free pixels.
 
@@ -34,13 +37,15 @@ def picture_chromaticity(
         The pixels that may serve.
     quantile : float
         0…1.
+    decoded : (256,) float32
+        The light that each code is taken for; sRGB's by default.
 
     Returns
     -------
     float
         Λmax, 1/3…1; NaN when no pixel is usable.
     """
-    counts = _chromaticity_histogram(image, highlight_free, DECODED, DARKEST)
+    counts = _chromaticity_histogram(image, highlight_free, decoded, DARKEST)
     cumulative = np.cumsum(counts)
     if cumulative[-1] == 0:
         return float("nan")

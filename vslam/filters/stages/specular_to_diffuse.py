@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vslam.filters.stages.srgb import BOUNDARIES, CODE_AT_BIN, DECODED, encode_value
+from vslam.filters.stages.srgb import encode_value
+from vslam.filters.stages.transfer import SRGB, Transfer
 
 GREY_MARGIN = 0.01
 """How far Λmax must lie above 1/3 to count as a colour.
@@ -51,9 +52,12 @@ def specular_to_diffuse(linear: NDArray[Any], lambda_max: float | NDArray[Any]) 
 
 
 def repair_masked(
-    image: NDArray[np.uint8], mask: NDArray[np.bool_], lambda_max: NDArray[np.float32]
+    image: NDArray[np.uint8],
+    mask: NDArray[np.bool_],
+    lambda_max: NDArray[np.float32],
+    transfer: Transfer = SRGB,
 ) -> NDArray[np.uint8]:
-    """Eq. 3-5 on the masked pixels of a recorded picture, in linear light; every other pixel keeps its codes.
+    """Eq. 3-5 on the masked pixels of a recorded picture; every other pixel keeps its codes.
 
     Parameters
     ----------
@@ -63,13 +67,16 @@ def repair_masked(
         What to repair.
     lambda_max : (H, W) float32
         Read inside the mask only.
+    transfer : Transfer
+        What light the codes are taken for.
 
     Returns
     -------
     (H, W, 3) uint8
-        sRGB; a new array.
+        A new array.
     """
-    repaired: NDArray[np.uint8] = _repair_masked(image, mask, lambda_max, DECODED, CODE_AT_BIN, BOUNDARIES)
+    tables = transfer.decoded, transfer.code_at_bin, transfer.boundaries
+    repaired: NDArray[np.uint8] = _repair_masked(image, mask, lambda_max, *tables)
     return repaired
 
 
