@@ -10,6 +10,7 @@ import typer
 
 from bench.commands.parameters import (
     DataOption,
+    FilterOption,
     ResultsOption,
     SceneOption,
     SplitOption,
@@ -38,6 +39,7 @@ def run(
     study: StudyOption = "quick",
     scene: SceneOption = None,
     split: SplitOption = None,
+    filters: FilterOption = None,
     data: DataOption = None,
     out: ResultsOption = Path("results"),
     workers: WorkersOption = None,
@@ -57,7 +59,7 @@ def run(
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(placed(load(study), scene, split, data), engine, seed)
+    chosen = _override(placed(load(study), scene, split, data), engine, seed, filters)
     if data is not None and not log_parts.reads_log(chosen):
         raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
     chosen = log_parts.resolved(chosen, data)
@@ -70,7 +72,7 @@ def run(
 
 
 def _override(
-    study: RenderedStudy | DlrStudy, engine: EngineName | None, seed: int | None
+    study: RenderedStudy | DlrStudy, engine: EngineName | None, seed: int | None, filters: list[str] | None
 ) -> RenderedStudy | DlrStudy:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
@@ -78,8 +80,13 @@ def _override(
     changes: dict[str, object] = {}
     if seed is not None:
         changes["seed"] = seed
+    for option, value in (("--engine", engine), ("--filter", filters)):
+        if value and study.sequence != "rendered":
+            raise BenchError(f"{option}: study {study.name!r} renders nothing; leave the option out")
     if engine is not None:
-        if study.sequence != "rendered":
-            raise BenchError(f"--engine: study {study.name!r} renders nothing; leave the option out")
         changes["engine"] = engine.value
+    if filters:
+        from bench.filter_choice import from_option
+
+        changes["filters"] = from_option(filters)
     return study.model_copy(update=changes)

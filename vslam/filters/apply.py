@@ -178,6 +178,8 @@ def _merged(
     masked = np.flatnonzero(answer.mask)
     before, after = given.reshape(-1, 3)[masked], answer.image.reshape(-1, 3)[masked]
     changed = (before != after).any(axis=1)
+    if not changed.any():
+        return merged
     values = from_form(after[changed], form, calibration, picture.dtype)
     flat = merged.reshape(-1, 1 if picture.ndim == 2 else picture.shape[2])
     if flat.shape[1] == 1:
