@@ -105,7 +105,8 @@ class Gamma:
 class Retinex:
     """R = log I − log(F ∗ I) of each channel, F a Gaussian.
 
-    It is shown from 3 standard deviations below its mean to 3 above. It assumes that light changes slowly over the picture and paint quickly.
+    It is shown from 3 standard deviations below its mean to 3 above. It assumes that light changes slowly
+    over the picture and paint quickly.
 
     Attributes
     ----------

@@ -112,10 +112,10 @@ def _percentile(levels: NDArray[np.uint8]) -> float:
 
 def _painted_over(image: NDArray[np.uint8], bright: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Give each bright region the mean colour of the ring around it."""
-    count, labels = cv2.connectedComponents(bright.astype(np.uint8), connectivity=8)
+    count, found = cv2.connectedComponents(bright.astype(np.uint8), connectivity=8)
+    labels = np.asarray(found, dtype=np.int32)
     if count == 1:
         return np.ascontiguousarray(image)
-    labels = np.asarray(labels, dtype=np.int32)
     wide, narrow = (_widened(labels, reach) for reach in (_FAR, _NEAR))
     ring = (wide > 0) & (narrow == 0)
     owner = wide[ring]

@@ -22,8 +22,6 @@ LARGEST_WINDOW = 41
 """Pixels. The paper's window has as many pixels as the picture has specular ones, and so the time grows with
 their square; beyond this size it is cut."""
 
-_FORM = "Array(float32, 3, 'C', readonly=True)"
-
 
 def corrected(linear: NDArray[np.float32], diffuse: NDArray[np.float32]) -> NDArray[np.float32]:
     """Mend a diffuse part.
@@ -46,6 +44,8 @@ def corrected(linear: NDArray[np.float32], diffuse: NDArray[np.float32]) -> NDAr
     """
     linear = np.ascontiguousarray(linear)
     sharp = _emphasised(linear)
+    planes = np.empty((4, *linear.shape[:2]), dtype=np.float32)
+    planes[:3] = np.sqrt(np.float32(COLOUR_WEIGHT)) * np.moveaxis(linear, 2, 0)
     for _ in range(ROUNDS):
         specular = linear - diffuse
         sharp_diffuse = _emphasised(diffuse)
@@ -53,9 +53,9 @@ def corrected(linear: NDArray[np.float32], diffuse: NDArray[np.float32]) -> NDAr
         reach = _reach(specular)
         if reach == 0:
             break
-        penalty = (1.0 - COLOUR_WEIGHT) * np.einsum("ijk,ijk->ij", mismatch, mismatch)
+        planes[3] = (1.0 - COLOUR_WEIGHT) * np.einsum("ijk,ijk->ij", mismatch, mismatch)
         wrong = (sharp_diffuse > sharp).all(axis=2)
-        better = _replaced(linear, diffuse, wrong, penalty.astype(np.float32), reach)
+        better = np.minimum(_replaced(planes, diffuse, wrong, reach), linear)
         change = float(np.sqrt(np.mean(np.square(better - diffuse), dtype=np.float64)))
         diffuse = better
         if change < CONVERGED:
@@ -78,29 +78,51 @@ def _reach(specular: NDArray[np.float32]) -> int:
     return min(int(np.ceil(np.sqrt(count) / 2)), LARGEST_WINDOW // 2)
 
 
-@njit(f"float32[:, :, ::1]({_FORM}, float32[:, :, ::1], boolean[:, ::1], float32[:, ::1], int64)", cache=True)
-def _replaced(linear, diffuse, wrong, penalty, reach):  # type: ignore[no-untyped-def]
+@njit("float32(float32[:, :, ::1], float32, float32, float32, int64, int64)", cache=True)
+def _phi(planes, red, green, blue, row, column):  # type: ignore[no-untyped-def]
+    """Φ, with ω in the colour planes already."""
+    a, b, c = red - planes[0, row, column], green - planes[1, row, column], blue - planes[2, row, column]
+    return planes[3, row, column] + (a * a + b * b + c * c)
+
+
+# reassociation lets the compiler take the minimum of a row many pixels at a time; there is no NaN here
+@njit(
+    "float32(float32[:, :, ::1], float32, float32, float32, int64, int64, int64)",
+    cache=True,
+    fastmath={"reassoc", "nnan", "ninf", "nsz"},
+)
+def _least(planes, red, green, blue, row, first, last):  # type: ignore[no-untyped-def]
+    """The smallest Φ of a part of a row."""
+    least = np.float32(1e30)  # Φ is at most 6
+    for x in range(first, last):
+        phi = _phi(planes, red, green, blue, row, x)
+        least = phi if phi < least else least
+    return least
+
+
+@njit("float32[:, :, ::1](float32[:, :, ::1], float32[:, :, ::1], boolean[:, ::1], int64)", cache=True)
+def _replaced(planes, diffuse, wrong, reach):  # type: ignore[no-untyped-def]
+    """D with wrong pixels replaced by those of smallest Φ; the planes are √ω I, channel by channel, and the
+    penalty.
+    """
     height, width = wrong.shape
     better = diffuse.copy()
-    weight = np.float32(COLOUR_WEIGHT)
     for row in range(height):
         for column in range(width):
             if not wrong[row, column]:
                 continue
-            red, green, blue = linear[row, column, 0], linear[row, column, 1], linear[row, column, 2]
-            best, at_row, at_column = np.float32(np.inf), row, column
+            red, green, blue = planes[0, row, column], planes[1, row, column], planes[2, row, column]
+            first, last = max(column - reach, 0), min(column + reach + 1, width)
+            best, at_row = np.float32(np.inf), row
             for y in range(max(row - reach, 0), min(row + reach + 1, height)):
-                for x in range(max(column - reach, 0), min(column + reach + 1, width)):
-                    phi = penalty[y, x]
-                    if phi >= best:
-                        continue
-                    phi += weight * (
-                        (red - linear[y, x, 0]) ** 2
-                        + (green - linear[y, x, 1]) ** 2
-                        + (blue - linear[y, x, 2]) ** 2
-                    )
-                    if phi < best:
-                        best, at_row, at_column = phi, y, x
+                least = _least(planes, red, green, blue, y, first, last)
+                if least < best:
+                    best, at_row = least, y
+            at_column, best = column, np.float32(np.inf)
+            for x in range(first, last):
+                phi = _phi(planes, red, green, blue, at_row, x)
+                if phi < best:
+                    best, at_column = phi, x
             for c in range(3):
-                better[row, column, c] = min(diffuse[at_row, at_column, c], linear[row, column, c])
+                better[row, column, c] = diffuse[at_row, at_column, c]
     return better

@@ -8,6 +8,7 @@ pixels and larger for those with a highlight, so I_max − Q range is the specul
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -16,8 +17,8 @@ CLUSTERS = 3  # Souza 2018
 # Souza 2018: the median of the ratios is approached from their mean, in at most STEPS steps of STEP of the
 # estimate, until no more than BALANCE of the pixels lie on one side
 STEPS, STEP, BALANCE = 3, 0.025, 0.51
+SAME = 1e-5  # chromaticity: centres this close, by rounding, are one
 
-_NONE = 0  # label of a pixel outside the clusters
 _FORM = "Array(float32, 3, 'C', readonly=True)"
 
 
@@ -45,109 +46,89 @@ def diffuse_by_intensity_ratio(linear: NDArray[np.float32]) -> NDArray[np.float3
         0 … ``linear``.
     """
     linear = np.ascontiguousarray(linear)
-    smallest = linear.min(axis=2)
-    mean = float(smallest.mean(dtype=np.float64))
-    lower, upper, labels = _chromaticities(linear, smallest, mean)
-    if not labels.any():
-        return linear.copy()
-    chromaticity = (lower, upper)
-    centres = np.stack([_at(chromaticity, labels, *seed) for seed in ((lower, -1), (upper, 1), (lower, 1))])
-    _assign(lower, upper, labels, centres)
-    _assign(lower, upper, labels, _means(lower, upper, labels, centres))
-    ratios = np.array([np.nan, *(_ratio(linear, smallest, labels, k, mean) for k in range(1, CLUSTERS + 1))])
-    diffuse: NDArray[np.float32] = _without_specular(linear, smallest, labels, ratios.astype(np.float32))
+    smallest = cv2.min(cv2.min(linear[..., 0], linear[..., 1]), linear[..., 2])
+    mean = cv2.mean(smallest)[0]
+    place, chromaticity, ratio = _candidates(linear.reshape(-1, 3), smallest.reshape(-1), mean)
+    diffuse = linear.copy()
+    if place.size:
+        labels = _clusters(chromaticity)
+        ratios = np.array([_typical(ratio, labels, k) for k in range(CLUSTERS)], dtype=np.float32)
+        _subtract(diffuse.reshape(-1, 3), place, labels, ratios)
     return diffuse
 
 
-def _at(
-    chromaticity: tuple[NDArray[np.float32], NDArray[np.float32]],
-    labels: NDArray[np.uint8],
-    values: NDArray[np.float32],
-    sign: int,
-) -> NDArray[np.float32]:
-    """(2,) the chromaticities of the candidate in which ``values`` is largest (sign 1) or smallest (−1)."""
-    best = np.argmax(np.where(labels != _NONE, sign * values, -np.inf))
-    return np.array([part.ravel()[best] for part in chromaticity], dtype=np.float32)
-
-
 @njit(
-    f"Tuple((float32[:, ::1], float32[:, ::1], uint8[:, ::1]))({_FORM}, float32[:, ::1], float64)", cache=True
+    "Tuple((int32[::1], float32[:, ::1], float32[::1]))"
+    "(Array(float32, 2, 'C', readonly=True), float32[::1], float64)",
+    cache=True,
 )
-def _chromaticities(linear, smallest, mean):  # type: ignore[no-untyped-def]
-    """Smallest and largest pseudo specular-free chromaticity of the candidates, which get label 1."""
-    height, width = smallest.shape
-    lower = np.zeros((height, width), dtype=np.float32)
-    upper = np.zeros((height, width), dtype=np.float32)
-    labels = np.zeros((height, width), dtype=np.uint8)
-    offset = np.float32(mean)
-    for row in range(height):
-        for column in range(width):
-            low = smallest[row, column]
-            if not low > offset:
-                continue
-            red, green, blue = linear[row, column, 0], linear[row, column, 1], linear[row, column, 2]
-            total = red + green + blue + np.float32(3.0) * (offset - low)
-            lower[row, column] = offset / total
-            upper[row, column] = (max(red, green, blue) - low + offset) / total
-            labels[row, column] = 1
-    return lower, upper, labels
+def _candidates(linear, smallest, mean):  # type: ignore[no-untyped-def]
+    """Steps 1 and 2: where candidates are, their chromaticities, and I_max / range (0: range too small)."""
+    size, offset = smallest.size, np.float32(mean)
+    place = np.empty(size, dtype=np.int32)
+    chromaticity = np.empty((size, 2), dtype=np.float32)
+    ratio = np.empty(size, dtype=np.float32)
+    count = 0
+    for i in range(size):
+        low = smallest[i]
+        if not low > offset:
+            continue
+        red, green, blue = linear[i, 0], linear[i, 1], linear[i, 2]
+        largest = max(red, green, blue)
+        total = red + green + blue + np.float32(3.0) * (offset - low)
+        place[count] = i
+        chromaticity[count, 0] = offset / total
+        chromaticity[count, 1] = (largest - low + offset) / total
+        ratio[count] = largest / (largest - low) if largest - low > offset else np.float32(0.0)
+        count += 1
+    return place[:count].copy(), chromaticity[:count].copy(), ratio[:count].copy()
 
 
-@njit("void(float32[:, ::1], float32[:, ::1], uint8[:, ::1], float32[:, ::1])", cache=True)
-def _assign(lower, upper, labels, centres):  # type: ignore[no-untyped-def]
-    """Give each candidate the nearest centre's label, by the sum of absolute differences."""
-    for row in range(labels.shape[0]):
-        for column in range(labels.shape[1]):
-            if labels[row, column] == _NONE:
-                continue
-            best = np.float32(np.inf)
+@njit("uint8[::1](float32[:, ::1])", cache=True)
+def _clusters(chromaticity):  # type: ignore[no-untyped-def]
+    """Step 3: the cluster of each candidate, by the sum of absolute differences to the centres."""
+    lowest, highest, palest = 0, 0, 0
+    for i in range(len(chromaticity)):
+        lowest = i if chromaticity[i, 0] < chromaticity[lowest, 0] else lowest
+        highest = i if chromaticity[i, 1] > chromaticity[highest, 1] else highest
+        palest = i if chromaticity[i, 0] > chromaticity[palest, 0] else palest
+    centres = np.stack((chromaticity[lowest], chromaticity[highest], chromaticity[palest]))
+    labels = np.empty(len(chromaticity), dtype=np.uint8)
+    for step in range(2):
+        sums = np.zeros((CLUSTERS, 3), dtype=np.float64)
+        for i in range(len(chromaticity)):
+            low, high = chromaticity[i, 0], chromaticity[i, 1]
+            best, label = np.float32(np.inf), 0
             for k in range(CLUSTERS):
-                distance = abs(lower[row, column] - centres[k, 0]) + abs(upper[row, column] - centres[k, 1])
-                if distance < best:
-                    best = distance
-                    labels[row, column] = k + 1
+                distance = abs(low - centres[k, 0]) + abs(high - centres[k, 1])
+                if distance < best - SAME:
+                    best, label = distance, k
+            labels[i] = label
+            sums[label, 0] += low
+            sums[label, 1] += high
+            sums[label, 2] += 1.0
+        for k in range(CLUSTERS):
+            if step == 0 and sums[k, 2] > 0.0:  # an empty cluster keeps its seed
+                centres[k, 0] = sums[k, 0] / sums[k, 2]
+                centres[k, 1] = sums[k, 1] / sums[k, 2]
+    return labels
 
 
-@njit("float32[:, ::1](float32[:, ::1], float32[:, ::1], uint8[:, ::1], float32[:, ::1])", cache=True)
-def _means(lower, upper, labels, centres):  # type: ignore[no-untyped-def]
-    """Mean chromaticities of each cluster; an empty one keeps its seed."""
-    sums = np.zeros((CLUSTERS + 1, 3), dtype=np.float64)
-    for row in range(labels.shape[0]):
-        for column in range(labels.shape[1]):
-            entry = sums[labels[row, column]]
-            entry[0] += lower[row, column]
-            entry[1] += upper[row, column]
-            entry[2] += 1.0
-    means = centres.copy()
-    for k in range(CLUSTERS):
-        if sums[k + 1, 2] > 0.0:
-            means[k, 0] = sums[k + 1, 0] / sums[k + 1, 2]
-            means[k, 1] = sums[k + 1, 1] / sums[k + 1, 2]
-    return means
-
-
-@njit(f"float64({_FORM}, float32[:, ::1], uint8[:, ::1], int64, float64)", cache=True)
-def _ratio(linear, smallest, labels, cluster, mean):  # type: ignore[no-untyped-def]
-    """Q of a cluster; NaN without pixels of enough range."""
-    ratios = np.empty(labels.size, dtype=np.float32)
+@njit("float64(float32[::1], uint8[::1], int64)", cache=True)
+def _typical(ratio, labels, cluster):  # type: ignore[no-untyped-def]
+    """Step 4: Q of a cluster; NaN without pixels of enough range."""
     count, total = 0, 0.0
-    for row in range(labels.shape[0]):
-        for column in range(labels.shape[1]):
-            if labels[row, column] != cluster:
-                continue
-            largest = max(linear[row, column, 0], linear[row, column, 1], linear[row, column, 2])
-            spread = largest - smallest[row, column]
-            if spread > mean:
-                ratios[count] = largest / spread
-                total += ratios[count]
-                count += 1
+    for i in range(ratio.size):
+        if labels[i] == cluster and ratio[i] > 0.0:
+            total += ratio[i]
+            count += 1
     if count == 0:
         return np.nan
     estimate = total / count
     for _ in range(STEPS):
         above = 0
-        for i in range(count):
-            above += ratios[i] > estimate
+        for i in range(ratio.size):
+            above += labels[i] == cluster and ratio[i] > estimate
         if count - above > BALANCE * count:
             estimate -= STEP * estimate
         elif above > BALANCE * count:
@@ -157,17 +138,14 @@ def _ratio(linear, smallest, labels, cluster, mean):  # type: ignore[no-untyped-
     return estimate
 
 
-@njit(f"float32[:, :, ::1]({_FORM}, float32[:, ::1], uint8[:, ::1], float32[::1])", cache=True)
-def _without_specular(linear, smallest, labels, ratios):  # type: ignore[no-untyped-def]
-    height, width = labels.shape
-    diffuse = np.empty((height, width, 3), dtype=np.float32)
-    for row in range(height):
-        for column in range(width):
-            low, ratio = smallest[row, column], ratios[labels[row, column]]
-            largest = max(linear[row, column, 0], linear[row, column, 1], linear[row, column, 2])
-            specular = largest - ratio * (largest - low)
-            # a comparison with NaN is false: no ratio, no change
-            specular = min(specular, low) if specular > 0.0 else np.float32(0.0)
+@njit("void(float32[:, ::1], int32[::1], uint8[::1], float32[::1])", cache=True)
+def _subtract(linear, place, labels, ratios):  # type: ignore[no-untyped-def]
+    """Step 5, in place."""
+    for k in range(place.size):
+        red, green, blue = linear[place[k], 0], linear[place[k], 1], linear[place[k], 2]
+        largest, low = max(red, green, blue), min(red, green, blue)
+        specular = largest - ratios[labels[k]] * (largest - low)
+        if specular > 0.0:  # false for NaN: no ratio, no change
+            specular = min(specular, low)
             for c in range(3):
-                diffuse[row, column, c] = linear[row, column, c] - specular
-    return diffuse
+                linear[place[k], c] -= specular
