@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 FloatPicture = NDArray[np.float32]
 
 _NEAR, _FAR = 2, 4  # pixels: the ring that gives a region its colour lies between these two dilations
-_TINY = 1.0  # grey level below which a median is no denominator
+_TINY = 10.0  # grey levels: no denominator is smaller, else the noise of black is contrast
 
 
 @dataclass(frozen=True)
