@@ -79,8 +79,8 @@ def _variants(choice: Any) -> Iterator[Any]:
     for key, values in swept.items():
         if not values:
             raise ValueError(f"{label}: the list of {key} is empty; give values to sweep over")
-    for values in product(*swept.values()):
-        chosen = dict(zip(swept, values, strict=True))
+    for one_each in product(*swept.values()):
+        chosen = dict(zip(swept, one_each, strict=True))
         ending = "".join(f" {key}={_shown(value)}" for key, value in chosen.items())
         yield {**choice, "parameters": parameters | chosen, "label": label + ending}
 

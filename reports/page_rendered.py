@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports import figures_effects, figures_heat, figures_map, figures_strips, headline, provenance
-from reports.comparison import Comparison, compare
+from reports.comparison import Comparison, compare, left_out_text
 from reports.illuminations import illuminations
 from reports.page import Page, Picture, Section
 from reports.run import Run
@@ -25,7 +25,7 @@ def compose(run: Run) -> Page:
         Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
         strip_section,
         Section("map", "Where the robot thought it was", pictures=maps),
-        Section("failures", "Runs that failed", bullets=_failures(run)),
+        Section("failures", "What failed", bullets=_failures(run)),
         Section("reading", "How to read this", bullets=_caveats(run, comparison)),
     )
     filled = tuple(s for s in sections if s.tables or s.pictures or s.strips or s.bullets)
@@ -96,7 +96,7 @@ def _maps(run: Run) -> tuple[Picture, ...]:
 
 
 def _failures(run: Run) -> tuple[str, ...]:
-    return tuple(f"{f.filter}: {plural(f.count, 'run')}: {f.reason}" for f in failures(run))
+    return tuple(f.text for f in failures(run))
 
 
 def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
@@ -120,6 +120,12 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
         "pictures without any truly affected pixel. Filter time is the median for one picture.",
         "The intervals speak for this scene, this camera and this tour; they cannot speak for others.",
     ]
+    if len(run.failed_frames):
+        texts.append(
+            "A picture that a filter failed on has no scores, is left out of the comparison for every "
+            "filter, and gives that filter's SLAM no observation. A filter that failed on all pictures has "
+            "no scores, and leaves none out."
+        )
     if frames.left_out:
-        texts.append(f"Left out: {plural(frames.left_out, 'frame')} that not every filter has.")
+        texts.append(left_out_text(comparison))
     return tuple(texts)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from bench.study import DlrStudy, RenderedStudy
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
+FINISHED_WITH_FAILURES = 3
+"""The exit code of a run that is whole, but holds pictures or SLAM runs that failed."""
 
 
 class EngineName(StrEnum):
@@ -50,8 +52,12 @@ def run(
         int | None,
         typer.Option("--seed", min=0, metavar="S", help="Instead of the study's. (Default: the study's.)"),
     ] = None,
-) -> None:
-    """Run a study: render or replay, filter, map, navigate, score, report."""
+) -> int:
+    """Run a study: render or replay, filter, map, navigate, score, report.
+
+    Exits with 0, or with 3 when a filter failed on a picture or a SLAM run failed: all others went on, and
+    the table and the report say what failed and why.
+    """
     from bench import catalogue, log_parts
     from bench.commands.report import show
     from bench.errors import BenchError
@@ -66,9 +72,12 @@ def run(
     catalogue.check(chosen)
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that
-    from reports import html
+    from reports import html, tables
+    from reports.run import load as load_run
 
-    show(runner.run(chosen, options, Bars(), report=html.build))
+    run_dir = runner.run(chosen, options, Bars(), report=html.build)
+    show(run_dir)
+    return FINISHED_WITH_FAILURES if tables.failures(load_run(run_dir)) else 0
 
 
 def _override(

@@ -144,8 +144,10 @@ def _padded(tensor: NDArray[np.float32], multiple: int) -> NDArray[np.float32]:
 
 
 def _part(answer: NDArray[Any], name: str, height: int, width: int) -> NDArray[np.float32]:
-    """An output as (H, W, 3) or (H, W, 1) float32 in 0…1; NaN stays, for the caller to refuse."""
+    """An output as (H, W, 3) or (H, W, 1) float32 in 0…1."""
     channels = 3 if name == "image" else 1
+    if np.isnan(answer).any():
+        raise VslamError(f"its output {name!r} holds NaN")
     if name == "score" and answer.ndim == 3:
         answer = answer[:, None]
     if answer.ndim != 4 or answer.shape[:2] != (1, channels) or answer.dtype != np.float32:
@@ -159,6 +161,4 @@ def _part(answer: NDArray[Any], name: str, height: int, width: int) -> NDArray[n
 
 def _as(dtype: np.dtype[Any], values: NDArray[np.float32], full: np.float32) -> NDArray[Any]:
     """0…1 in the picture's type."""
-    if dtype == np.float32 or not np.isfinite(values).all():
-        return values  # NaN is no 8-bit number: the caller refuses the type
-    return np.rint(values * full).astype(dtype)
+    return values if dtype == np.float32 else np.rint(values * full).astype(dtype)
