@@ -71,6 +71,14 @@ class Wall:
         real = [p for p in panels if p[1] - p[0] > 1e-6 and p[3] - p[2] > 1e-6]
         return [self._panel(p, behind_m, max_edge_m) for p in real]
 
+    def crown(self, rise_m: float) -> Piece:
+        """A strip on top of the inner face, with vertices of its own.
+
+        It closes the joint with a ceiling at the wall's height. As it shares no vertex with the face, the
+        light of the sky that shines on it from above is not interpolated into the room.
+        """
+        return self._panel((0.0, self.length, self.height, self.height + rise_m), 0.0, OUTSIDE_EDGE_M)
+
     def reveals(self, hole: Opening, thickness_m: float) -> list[Piece]:
         """The sides of a hole through a wall of a thickness; no sill where it reaches the floor."""
         across, up, deep = hole.far - hole.near, hole.high - hole.low, thickness_m

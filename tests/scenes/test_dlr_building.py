@@ -7,10 +7,13 @@ import hashlib
 import numpy as np
 import pytest
 
+from renderers.irradiance import BakeQuality, bake
+from renderers.lights import SkyLight
 from renderers.mesh import NOTHING, RayCaster, build_mesh
 from scenes import library
 from scenes.drive_log import DriveLog
 from scenes.driven_space import driven_space
+from scenes.driven_walls import HEIGHT_M
 from scenes.errors import SceneError
 from scenes.occupancy import true_occupancy
 
@@ -131,6 +134,19 @@ def test_outdoors_is_under_the_sky_and_indoors_is_not(building, caster):
     deep = np.abs(rows[:, None] - OUTDOORS).min(axis=1) > 4  # not within a metre of the gate
     assert covered[~outside & deep].all()
     assert not covered[outside & deep].any()
+
+
+def test_under_the_ceiling_walls_get_no_light_from_the_sky_above(building, caster):
+    """Walls end above the ceiling; light baked on the strip up there must not reach what is seen below."""
+    mesh, rays = caster
+    upwards = [[SkyLight(1.0)]]
+    sky = bake(mesh, rays, upwards, BakeQuality(sky_rays=128, bounces=-1)).indirect[0, :, 0]
+    open_sky = sky[mesh.triangles[mesh.surface == mesh.surface_names.index("ground")]].max()
+    wall = mesh.triangles[mesh.surface == mesh.surface_names.index("wall")]
+    below = np.unique(wall[(mesh.vertices[wall][..., 2] < HEIGHT_M - 0.01).any(axis=1)])
+    at_the_top = below[mesh.vertices[below, 2] > HEIGHT_M - 0.1]  # windows end half a metre lower
+    assert len(at_the_top) > 100
+    assert sky[at_the_top].max() < 0.1 * open_sky
 
 
 def test_doors_along_the_corridor_and_a_gate_to_the_outdoors(building):
