@@ -72,12 +72,13 @@ class Wall:
         return [self._panel(p, behind_m, max_edge_m) for p in real]
 
     def crown(self, rise_m: float) -> Piece:
-        """A strip on top of the inner face, with vertices of its own.
+        """A strip on top of the inner face that closes the joint with a ceiling at the wall's height.
 
-        It closes the joint with a ceiling at the wall's height. As it shares no vertex with the face, the
-        light of the sky that shines on it from above is not interpolated into the room.
+        It faces away from the free space and shares no vertex with the face, so that light which is baked at
+        vertices is not interpolated between the sky above the ceiling and the room below.
         """
-        return self._panel((0.0, self.length, self.height, self.height + rise_m), 0.0, OUTSIDE_EDGE_M)
+        across, up = self.length * np.append(self.along, 0.0), np.array([0.0, 0.0, rise_m])
+        return rectangle(tuple(self._point(0.0, self.height)), tuple(across), tuple(up), OUTSIDE_EDGE_M)
 
     def reveals(self, hole: Opening, thickness_m: float) -> list[Piece]:
         """The sides of a hole through a wall of a thickness; no sill where it reaches the floor."""
