@@ -15,7 +15,7 @@ from scenes.drive_log import DriveLog
 from scenes.driven_space import driven_space
 from scenes.driven_walls import HEIGHT_M
 from scenes.errors import SceneError
-from scenes.occupancy import true_occupancy
+from scenes.occupancy import check_tour, true_occupancy
 
 OUTDOORS = (150, 230)
 
@@ -162,6 +162,11 @@ def test_occupancy_blocks_walls_and_leaves_the_track_free(building):
     column, row = np.floor((np.array([4.0, 0.0]) - grid.origin) / grid.resolution).astype(int)
     for side in (grid.blocked[row:, column], grid.blocked[row::-1, column]):
         assert 5 <= np.argmax(side) <= 14  # the corridor's walls are half a metre to 1.4 m from its middle
+
+
+@pytest.mark.parametrize("stride", [1, 12])
+def test_the_drive_is_no_tour_through_walls(log, stride):
+    check_tour(library.load("dlr_building", log=log, stride=stride))
 
 
 def test_free_space_holds_what_was_driven_and_seen(log):
