@@ -16,6 +16,7 @@ from bench import strips
 from bench.data import cache_folder
 from bench.localisation import Localised, Variant, World, localise
 from bench.metrics import navigation
+from bench.options import RunOptions
 from bench.perception import FramePercepts, Perception
 from bench.progress import Progress
 from bench.rng import generator
@@ -30,8 +31,9 @@ from renderers.irradiance_cache import bake_scene
 from scenes.occupancy import TrueOccupancy, check_tour, true_occupancy
 
 
-def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress) -> RunFacts:
-    """Run a rendered study into a run folder with ``count`` processes."""
+def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+    """Run a rendered study into a run folder."""
+    count = options.workers
     choice = choose_engine(study.engine)
     if choice.notice:
         progress.notice(choice.notice)
@@ -191,6 +193,8 @@ def _write(
         folder.write_trajectory(stem, scene.tour.stamps, run.poses)
         if run.row["seed"] == 0:
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
+        if run.grid is not None:
+            folder.write_map(stem, run.grid)
     np.savez_compressed(
         figures / f"occupancy--{scene.name}.npz",
         blocked=occupancy.blocked,
