@@ -73,7 +73,7 @@ def check_tour(scene: Scene) -> None:
     """
     blocked, origin = obstacles(scene.surfaces, scene.bounds, TOUR_CELL_M)
     way = _way(scene.tour.poses[:, :2], TOUR_CELL_M / 2)
-    stuck = np.flatnonzero(_looked_up(~blocked, origin, TOUR_CELL_M, way) <= BLOCKED)
+    stuck = np.flatnonzero(_looked_up((~blocked).astype(np.int32), origin, TOUR_CELL_M, way) <= BLOCKED)
     if len(stuck):
         x, y = way[stuck[0]]
         raise SceneError(
