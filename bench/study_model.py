@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from bench.camera_choice import CameraChoice, OpticsChoice
 from bench.file_scene import FileScene, name_of
+from bench.filter_choice import FilterChoice, Filters
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.sensor_choice import SensorChoice
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
@@ -130,27 +131,6 @@ class DepthNoise(Part):
     max_m: Positive = 12.0
 
 
-class FilterChoice(Part):
-    """A light filter (`vslam.filters`), its parameters, and the label of its rows (by default its name)."""
-
-    name: Name
-    parameters: dict[str, Any] = Field(default_factory=dict)
-    label: Name = ""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name_alone(cls, value: Any) -> Any:
-        value = {"name": value} if isinstance(value, str) else value
-        if isinstance(value, dict) and "name" in value:
-            return {**value, "label": value.get("label") or value["name"]}
-        return value
-
-
-def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
-    """Doing nothing always stands beside the filters."""
-    return (FilterChoice(name="none"), *(f for f in filters if f.name != "none"))
-
-
 class DiscChoice(Part):
     """What size of disc the detector looks for (`vslam.detect.DetectorSettings`), metres."""
 
@@ -199,19 +179,11 @@ class RenderedStudy(Part):
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()
-    filters: Annotated[tuple[FilterChoice, ...], AfterValidator(_none_first)] = (FilterChoice(name="none"),)
+    filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
     slam: SlamChoice = SlamChoice()
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()
-
-    @model_validator(mode="after")
-    def _labels_differ(self) -> RenderedStudy:
-        labels = [choice.label for choice in self.filters]
-        for label in labels:
-            if labels.count(label) > 1:
-                raise ValueError(f"filters: the label {label!r} stands twice; give one of them another label")
-        return self
 
 
 class DlrStudy(Part):
