@@ -28,7 +28,7 @@ from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
-from scenes.occupancy import TrueOccupancy, true_occupancy
+from scenes.occupancy import TrueOccupancy, check_tour, true_occupancy
 from vslam.filters.apply import FilterFailureError
 
 
@@ -58,11 +58,18 @@ def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: 
 def prepared(
     study: RenderedStudy, engine: str, facts: RunFacts, progress: Progress
 ) -> Iterator[SequenceSetup]:
-    """What every process needs, with the scene's light baked where it will be found."""
+    """What every process needs, with the scene's light baked where it will be found.
+
+    Raises
+    ------
+    SceneError
+        If the tour runs through a wall.
+    """
     with _writable_cache() as cache:
         scene = load_scene(study)
         for text in scene.notices:
             progress.notice(text)
+        check_tour(scene)
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
             setup = SequenceSetup(study, engine, light_colours(study, cache), 0, cache)
             bake_scene(scene, cache, progress.notice)
