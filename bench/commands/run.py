@@ -28,6 +28,13 @@ EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 FINISHED_WITH_FAILURES = 3
 """The exit code of a run that is whole, but holds pictures or SLAM runs that failed."""
 
+NEEDED = {
+    "engine": ("--engine", "renders nothing"),
+    "filters": ("--filter", "filters no picture"),
+    "linear": ("--linear, --srgb", "reads no picture pairs"),
+}
+"""Keys of a study that options change, and what a study without one lacks."""
+
 
 class EngineName(StrEnum):
     """What finds the visible surfaces."""
@@ -90,8 +97,8 @@ def _override(
     study: Study,
     engine: EngineName | None,
     seed: int | None,
-    filters: list[str] | None,
-    linear: bool | None,
+    filters: list[str] | None = None,
+    linear: bool | None = None,
 ) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
@@ -100,9 +107,9 @@ def _override(
     if seed is not None:
         changes["seed"] = seed
     asked = {"engine": engine, "filters": filters or None, "linear": linear}
-    for key, option in (("engine", "--engine"), ("filters", "--filter"), ("linear", "--linear, --srgb")):
+    for key, (option, lacks) in NEEDED.items():
         if asked[key] is not None and key not in type(study).model_fields:
-            raise BenchError(f"{option}: study {study.name!r} has no {key}; leave the option out")
+            raise BenchError(f"{option}: study {study.name!r} {lacks}; leave the option out")
     if linear is not None:
         changes["linear"] = linear
     if engine is not None:
