@@ -9,7 +9,7 @@ from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy, Study
+from bench.study import DlrStudy, PairsStudy, RenderedStudy, Study
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -105,6 +105,14 @@ def _(study: RenderedStudy) -> None:
 
 
 @check.register
+def _(study: PairsStudy) -> None:
+    from vslam.filters import registry
+
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+
+
+@check.register
 def _(study: DlrStudy) -> None:
     from vslam.slam import SlamSettings
 
@@ -112,7 +120,7 @@ def _(study: DlrStudy) -> None:
         SlamSettings(study.backend, association, observation, study.gate)
 
 
-def _names_of(study: RenderedStudy) -> list[str]:
+def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
     """Of the filters that are chosen by a registered name, not by class or file."""
     from vslam.filters import discovery
 
@@ -120,7 +128,7 @@ def _names_of(study: RenderedStudy) -> list[str]:
     return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
 
 
-def _try_filters(study: RenderedStudy) -> None:
+def _try_filters(study: RenderedStudy | PairsStudy) -> None:
     """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

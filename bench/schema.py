@@ -65,3 +65,34 @@ RUN_COLUMNS: dict[str, str] = {
 }
 """One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN. A
 picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed."""
+
+PICTURE_COLUMNS: dict[str, str] = {
+    "picture": "string",
+    "filter": "string",
+    "width": "int64",
+    "height": "int64",
+    "psnr_db": "float64",
+    "psnr_in_mask_db": "float64",
+    "ssim": "float64",
+    "ssim_volume": "float64",
+    "lmse": "float64",
+    "delta_e": "float64",
+    "filter_ms": "float64",
+    "status": "string",
+}
+"""``pictures.parquet`` of a study of picture pairs: one row per picture and filter."""
+
+MASK_COLUMNS: dict[str, str] = {
+    "picture": "string",
+    "filter": "string",
+    "truth": "string",
+    "iou": "float64",
+    "f1": "float64",
+    "precision": "float64",
+    "recall": "float64",
+    "ber": "float64",
+    "ap": "float64",
+    "masked_share": "float64",
+    "true_share": "float64",
+}
+"""``masks.parquet`` of such a study: one row per picture, filter and true mask ("residue > 16")."""

@@ -17,6 +17,7 @@ from bench.study_model import (
     DlrStudy,
     FilterChoice,
     Illumination,
+    PairsStudy,
     RenderedStudy,
     Study,
 )
@@ -25,6 +26,7 @@ __all__ = [
     "DlrStudy",
     "FilterChoice",
     "Illumination",
+    "PairsStudy",
     "RenderedStudy",
     "Study",
     "dump",

@@ -200,7 +200,24 @@ class DlrStudy(Part):
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
 
-Study = Annotated[RenderedStudy | DlrStudy, Field(discriminator="sequence")]
+class PairsStudy(Part):
+    """A folder of picture pairs (`bench.sequences.pairs`), named by ``--data``, that filters are scored on.
+
+    ``linear`` says that the files hold linear light; otherwise they are sRGB. ``thresholds`` are the grey
+    levels of 255 by which a picture has to exceed its diffuse one to count as affected.
+    """
+
+    sequence: Literal["pairs"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    filters: Filters = (FilterChoice(name="none"),)
+    linear: bool = False
+    thresholds: tuple[Annotated[int, Field(ge=0, le=254)], ...] = Field((8, 16, 32), min_length=1)
+
+
+Study = Annotated[RenderedStudy | DlrStudy | PairsStudy, Field(discriminator="sequence")]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
 runs it, and ``reports/page_<sequence>.py``, which tells of it."""
 

@@ -140,4 +140,4 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
     return tuple(texts)
 
 
-KIND = Kind(compose, terminal_rendered.summary, rendered=True)
+KIND = Kind(compose, terminal_rendered.summary, failures, rendered=True)

@@ -27,7 +27,9 @@ StudyOption = Annotated[
 DataOption = Annotated[
     Path | None,
     typer.Option(
-        "--data", metavar="DIR", help="Folder of the DLR log. (Default: $BENCH_DATA/dlr, else the cache.)"
+        "--data",
+        metavar="DIR",
+        help="Folder of the DLR log (default: $BENCH_DATA/dlr, else the cache), or of picture pairs.",
     ),
 ]
 WorkersOption = Annotated[
