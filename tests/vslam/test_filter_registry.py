@@ -10,14 +10,19 @@ from hypothesis import strategies as st
 
 from vslam.errors import VslamError
 from vslam.filters import FilterParameterError, UnknownFilterError, create, describe, names, register
+from vslam.filters.apply import apply
 from vslam.filters.base import Filtered
+
+ENHANCERS = {"clahe", "exposure_fusion", "gamma", "retinex"}  # they detect nothing and touch every pixel
+INPAINTERS = {"arnold2010", "intensity_ratio", "mean_sd", "meslouhi2011"}
+FINDERS = [name for name in names() if name not in ENHANCERS]
 
 
 def check(name: str, image: np.ndarray) -> Filtered:
     """Run a filter and check what every filter promises."""
     before = image.copy()
     light_filter = create(name)
-    result, again = light_filter(image), light_filter(image)
+    result, again = apply(light_filter, image), apply(light_filter, image)
     assert light_filter.name == name
     np.testing.assert_array_equal(image, before)
     assert (result.image.dtype, result.image.shape) == (np.uint8, image.shape)
@@ -27,16 +32,17 @@ def check(name: str, image: np.ndarray) -> Filtered:
     assert result.score.min() >= 0
     assert result.score.max() <= 1
     np.testing.assert_array_equal(result.image[~result.mask], image[~result.mask])
-    assert (result.image <= image).all()
+    if name not in ENHANCERS | INPAINTERS:
+        assert (result.image <= image).all()  # light is taken away
     for one, other in zip(vars(result).values(), vars(again).values(), strict=True):
         np.testing.assert_array_equal(one, other)
     return result
 
 
 @pytest.mark.parametrize("name", names())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
-    height=st.integers(1, 40), width=st.integers(1, 40), seed=st.integers(0, 2**32 - 1), grey=st.booleans()
+    height=st.integers(1, 20), width=st.integers(1, 20), seed=st.integers(0, 2**32 - 1), grey=st.booleans()
 )
 def test_every_filter_keeps_its_promises(name: str, height: int, width: int, seed: int, grey: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -45,7 +51,9 @@ def test_every_filter_keeps_its_promises(name: str, height: int, width: int, see
     check(name, np.repeat(image, 3, axis=2) if grey else image)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize(
+    "name", sorted(set(FINDERS) - {"arnold2010", "meslouhi2011"})
+)  # white is light to them
 @pytest.mark.parametrize("level", [0, 255, 77])
 def test_a_constant_picture_is_left_alone(name: str, level: int) -> None:
     result = check(name, np.full((24, 32, 3), level, dtype=np.uint8))
@@ -53,7 +61,7 @@ def test_a_constant_picture_is_left_alone(name: str, level: int) -> None:
     assert (result.image == level).all()
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", FINDERS)
 def test_a_single_pixel(name: str) -> None:
     assert not check(name, np.array([[[200, 100, 50]]], dtype=np.uint8)).mask.any()
 
@@ -82,19 +90,19 @@ def test_a_read_only_picture_is_fine(name: str) -> None:
         np.zeros((4, 4), dtype=np.uint8),
         np.zeros((4, 4, 4), dtype=np.uint8),
         np.zeros((0, 4, 3), dtype=np.uint8),
-        np.zeros((4, 4, 3), dtype=np.float32),
+        np.zeros((4, 4, 3), dtype=np.float64),
         [[[0, 0, 0]]],
     ],
 )
 def test_what_is_no_picture_is_refused_in_one_line(name: str, image: np.ndarray) -> None:
-    with pytest.raises(VslamError, match="uint8") as caught:
+    with pytest.raises(VslamError, match="light filter: the picture is") as caught:
         create(name)(image)
     assert "\n" not in str(caught.value)
 
 
 def test_the_seed_repairs_a_highlight_on_a_coloured_floor() -> None:
     # a brown floor with one smooth white highlight: the filter's own model, it must come close to the truth.
-    # One Λmax is exact here; the map takes the weak gloss around the mask for surface (Λmax too low)
+    # One Λmax is exact here; the propagated one is a mean of the surface with its weak gloss (Λmax too low)
     rows, columns = np.mgrid[:120, :160]
     gloss = 0.5 * np.exp(-((rows - 60) ** 2 + (columns - 80) ** 2) / (2 * 15**2))
     diffuse = np.full((120, 160, 3), (0.30, 0.18, 0.09))
@@ -154,8 +162,8 @@ def test_unknown_parameters_and_senseless_values_are_refused() -> None:
         create("seed", pach=3)
     with pytest.raises(VslamError, match="odd"):
         create("seed_per_pixel", patch=4)
-    with pytest.raises(VslamError, match="quantile"):
-        create("seed", quantile=1.5)
+    with pytest.raises(VslamError, match="median"):
+        create("seed", chromaticity="mode")
     assert create("seed", patch=3) == create("seed", patch=3)
 
 
