@@ -7,11 +7,22 @@ import numpy as np
 import pytest
 
 from bench import cli
-from bench.speed import basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.filter_times import sample
+from bench.speed import (
+    basis,
+    generate,
+    numpy_seed,
+    numpy_sensor,
+    registry,
+    relight_expose,
+    stage,
+    sweep,
+)
 from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
 from renderers.truth import record
+from vslam.filters import create
 
 TINY = Configuration(
     width=32, height=24, poses=2, illuminations=8, laps=0.2, rounds=2, processes=1, fast_bake=True
@@ -25,7 +36,7 @@ def tiny(tmp_path_factory):
     return replace(TINY, cache=tmp_path_factory.mktemp("baked"))
 
 
-@pytest.mark.parametrize("name", ["basis", "generate", "relight_expose", "sweep"])
+@pytest.mark.parametrize("name", ["basis", "generate", "relight_expose", "seed", "seed_large", "sweep"])
 def test_each_benchmark_measures_both_sides(tiny, name):
     result = measure(registry.benchmarks()[name], tiny)
     assert result.name == name
@@ -127,3 +138,15 @@ def test_eight_lights_cast_shadows_in_basis(tiny):
 
 def test_the_copy_is_measured():
     assert copy_bandwidth(size=1_000_000, repeats=1) > 1e7
+
+
+@pytest.mark.parametrize("size", [(320, 240), (41, 23)])
+def test_the_plain_form_of_the_seed_is_the_same_filter(size):
+    """Equal masks and scores; ours bins Λmax (to 1/3072), which moves a few codes by a level or two."""
+    picture = sample(*size)
+    ours, plain = create("seed")(picture), numpy_seed.seed(picture)
+    np.testing.assert_array_equal(ours.mask, plain.mask)
+    np.testing.assert_array_equal(ours.score, plain.score)
+    difference = np.abs(ours.image.astype(int) - plain.image)
+    assert difference.max() <= 2 and difference.mean() < 0.05
+    assert ours.mask.any() and (ours.image != picture).any()
