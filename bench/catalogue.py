@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy
+from bench.study import DlrStudy, RenderedStudy, Study
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -77,7 +78,8 @@ def layouts() -> list[Entry]:
     return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
-def check(study: RenderedStudy | DlrStudy) -> None:
+@singledispatch
+def check(study: Study) -> None:
     """Refuse unknown names before anything is rendered.
 
     Raises
@@ -86,19 +88,28 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
         with near names.
     """
+    raise TypeError(f"no check for studies of the kind {study.sequence!r}")
+
+
+@check.register
+def _(study: RenderedStudy) -> None:
     from vslam.filters import registry
     from vslam.slam import SlamSettings
 
-    if isinstance(study, RenderedStudy):
-        if study.scene.file is None:
-            _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-        _known("filter", _names_of(study), registry.names())
-        _try_filters(study)
-        _try_lights(study)
-        SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
-    else:
-        for association, observation in product(study.associations, study.observations):
-            SlamSettings(study.backend, association, observation, study.gate)
+    if study.scene.file is None:
+        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+    _try_lights(study)
+    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+
+
+@check.register
+def _(study: DlrStudy) -> None:
+    from vslam.slam import SlamSettings
+
+    for association, observation in product(study.associations, study.observations):
+        SlamSettings(study.backend, association, observation, study.gate)
 
 
 def _names_of(study: RenderedStudy) -> list[str]:

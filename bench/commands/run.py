@@ -22,7 +22,7 @@ from bench.commands.parameters import (
 )
 
 if TYPE_CHECKING:
-    from bench.study import DlrStudy, RenderedStudy
+    from bench.study import Study
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 FINISHED_WITH_FAILURES = 3
@@ -80,9 +80,7 @@ def run(
     return FINISHED_WITH_FAILURES if tables.failures(load_run(run_dir)) else 0
 
 
-def _override(
-    study: RenderedStudy | DlrStudy, engine: EngineName | None, seed: int | None, filters: list[str] | None
-) -> RenderedStudy | DlrStudy:
+def _override(study: Study, engine: EngineName | None, seed: int | None, filters: list[str] | None) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
 

@@ -9,6 +9,7 @@ import pytest
 from bench import cli
 from bench.filter_times import sample
 from bench.speed import (
+    astar,
     basis,
     generate,
     numpy_seed,
@@ -22,6 +23,7 @@ from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
 from renderers.truth import record
+from vslam.astar import GridPath, shortest_path
 from vslam.filters import create
 
 TINY = Configuration(
@@ -36,7 +38,7 @@ def tiny(tmp_path_factory):
     return replace(TINY, cache=tmp_path_factory.mktemp("baked"))
 
 
-@pytest.mark.parametrize("name", ["basis", "generate", "relight_expose", "seed", "seed_large", "sweep"])
+@pytest.mark.parametrize("name", list(registry.benchmarks()))
 def test_each_benchmark_measures_both_sides(tiny, name):
     result = measure(registry.benchmarks()[name], tiny)
     assert result.name == name
@@ -150,3 +152,10 @@ def test_the_plain_form_of_the_seed_is_the_same_filter(size):
     difference = np.abs(ours.image.astype(int) - plain.image)
     assert difference.max() <= 2 and difference.mean() < 0.05
     assert ours.mask.any() and (ours.image != picture).any()
+
+
+def test_both_planners_find_the_same_cost():
+    blocked = astar.grid(60)
+    path = shortest_path(blocked, (0, 0), (59, 59), 1.0)
+    assert isinstance(path, GridPath)
+    assert path.cost_m == pytest.approx(astar.dijkstra_cost(blocked), abs=1e-6)
