@@ -24,7 +24,7 @@ def seed(image: NDArray[np.uint8]) -> Filtered:
     """Filter an (H, W, 3) uint8 sRGB picture."""
     dark = over_patch(np.minimum, image.min(axis=2), 255)
     mask = dark > valley_emphasis(dark)
-    free = ~over_patch(np.logical_or, mask, False)
+    free = ~over_patch(np.logical_or, mask, 0)
     linear = decode(image)
     lambda_max = median_chromaticity(image[::2], linear[::2], free[::2])
     repaired = image.copy()
@@ -36,7 +36,7 @@ def seed(image: NDArray[np.uint8]) -> Filtered:
     return Filtered(repaired, mask, (dark / 255).astype(np.float32))
 
 
-def over_patch(smaller: Callable[..., Any], values: NDArray[Any], border: object) -> NDArray[Any]:
+def over_patch(smaller: Callable[..., Any], values: NDArray[Any], border: int) -> NDArray[Any]:
     """A minimum or maximum over the square patch around each pixel; the border stands for what is outside."""
     half = PATCH // 2
     padded = np.pad(values, half, constant_values=border)

@@ -164,6 +164,14 @@ def test_a_filter_that_misbehaves_is_named_with_the_reason(call, reason):
     assert (again.name, again.reason) == (caught.value.name, caught.value.reason)
 
 
+@pytest.mark.parametrize("form", list(PictureForm))
+def test_what_a_filter_is_given_cannot_be_written_to(form):
+    light_filter = Noting(form)
+    apply(light_filter, picture())
+    with pytest.raises(ValueError, match="read-only"):
+        light_filter.given[0, 0] = 0
+
+
 @pytest.mark.parametrize("value", [np.nan, 1.5, -0.1])
 def test_a_linear_answer_out_of_range_is_a_failure(value):
     with pytest.raises(FilterFailureError, match="its image spans"):

@@ -177,7 +177,7 @@ def test_shen_and_cai_is_exact_for_an_even_highlight_on_an_even_surface() -> Non
 
 
 def test_shen_and_cai_count_shading_by_the_darkest_channel() -> None:
-    # the surface is 0.08 brighter under the highlight: 0.048 in red, 0.012 in blue, which is the error that stays
+    # a surface 0.08 brighter under the highlight: 0.048 in red, 0.012 in blue, which is the error that stays
     rows, columns = np.mgrid[:60, :80]
     disc = ((rows - 30) ** 2 + (columns - 40) ** 2 < 100)[..., None]
     diffuse = RED * (0.8 + 0.08 * disc)
