@@ -25,8 +25,9 @@ def luminance_over_chromaticity(image: NDArray[np.uint8]) -> NDArray[np.float32]
     largest = codes.max(axis=2)
     share = codes.min(axis=2) / np.maximum(largest, np.float32(1e-6))
     scaled = codes * share[..., None]
-    # the exact table needs codes; scaled values are none
-    linear = np.where(scaled <= 0.04045, scaled / 12.92, cv2.pow((scaled + 0.055) / 1.055, 2.4))
+    # the exact table needs codes, and scaled values are none; OpenCV's pow is not the same from call to call
+    power = ((scaled + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
+    linear = np.where(scaled <= 0.04045, scaled / np.float32(12.92), power)
     xyz = cv2.transform(linear.astype(np.float32), _TO_XYZ)
     total = xyz.sum(axis=2)
     coloured = total > 1e-6
