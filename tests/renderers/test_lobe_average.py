@@ -42,7 +42,7 @@ def test_one_ray_a_pixel_shows_one_window(renderer_of, scene_of, floor, roughnes
 
 
 def test_beside_the_sky_a_box_is_as_narrow_as_can_be():
-    """A single row of floor with the sky around it: nothing tells how wide a pixel is, whatever memory held."""
+    """One pixel of floor with the sky around it: nothing tells how wide a pixel is, whatever memory held."""
     normal = np.tile(np.array([0, 0, 1], np.float32), (3, 1))
     to_eye = np.array([[0, 0, 0], [0, 0.6, 0.8], [0, 0, 0]], np.float32)  # of the sky: none
     roughness, behind = np.full(3, 0.2, np.float32), np.ones((3, 2), np.float32)

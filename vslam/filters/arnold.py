@@ -30,8 +30,10 @@ class Arnold2010:
 
     Attributes
     ----------
-    absolute, candidate : float
-        T1 and T2abs, grey levels.
+    absolute : float
+        T1, grey levels.
+    candidate : float
+        T2abs, grey levels: brighter regions are painted over before the median.
     contrast : float
         T2rel, over the median of the surroundings.
     window : int

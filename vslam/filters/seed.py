@@ -97,6 +97,19 @@ class SeedPerPixel(Seed):
 
     A patch of one pixel keeps the outline of a highlight, and surfaces may have several colours. It still
     masks white paint, but eq. 3-5 says nothing there and leaves it white.
+
+    Attributes
+    ----------
+    patch : int
+        Side of the dark channel's patch (eq. 3-2), pixels, odd.
+    threshold : str or int
+        Of the mask, as `Seed` has it.
+    chromaticity : str
+        Λmax of eq. 3-5, as `Seed` has it.
+    linear : bool
+        Whether eq. 3-5 is computed in linear light.
+    passes : int
+        Of the propagation, with "per-pixel".
     """
 
     name: ClassVar[str] = "seed_per_pixel"
