@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-import vslam.ekf  # noqa: F401  (registers the back-end)
 from vslam.association import associations
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
