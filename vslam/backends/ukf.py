@@ -2,13 +2,13 @@
 
 Sources: Julier & Uhlmann 1997, "A new extension of the Kalman filter to nonlinear systems"; Julier 2002, "The
 scaled unscented transformation"; for SLAM, Martinez-Cantin & Castellanos 2005, "Unscented SLAM for large-scale
-outdoor environments". `vslam.sigma_points` says why points over pose and seen landmarks are enough.
+outdoor environments". `vslam.backends.parts.sigma_points` says why points over pose and seen landmarks are enough.
 """
 
 from __future__ import annotations
 
-from vslam.sigma_point_filter import SigmaPointFilter
-from vslam.sigma_points import unscented
+from vslam.backends.parts.sigma_point_filter import SigmaPointFilter
+from vslam.backends.parts.sigma_points import unscented
 from vslam.slam_backend import backends
 
 

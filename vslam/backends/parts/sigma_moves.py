@@ -7,15 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vslam.backends.parts import many_poses
 from vslam.frame import Odometry
 from vslam.motion import move
 from vslam.observation import ObservationModel
-from vslam.sigma_points import (
+from vslam.backends.parts.sigma_points import (
     RuleOf,
     factor,
-    measure_from,
     offsets,
-    place_from,
     regression,
     transform,
 )
@@ -62,7 +61,7 @@ def measurement(
     """h over pose and k landmarks, ``state`` (3 + 2k,); returns h at the estimate, (k, 2), and the fit."""
     rule = rule_of(len(state))
     points = state + offsets(len(state), rule) @ A.T
-    z = measure_from(model, points[:, :3], points[:, 3:].reshape(len(points), -1, 2))
+    z = many_poses.measure(model, points[:, :3], points[:, 3:].reshape(len(points), -1, 2))
     difference = model.innovation(z, z[:1])  # an angle's differences, not the angle, have a mean
     moments = transform(difference.reshape(len(points), -1), rule)
     fit = Regression(moments.offset, regression(moments.slopes, A), moments.residual(moments.slopes, rule))
@@ -78,7 +77,7 @@ def founding(
     points = offsets(3 + 2 * k, rule)
     poses = pose + points[:, :3] @ A.T
     noise = np.einsum("kij,mkj->mki", np.linalg.cholesky(S), points[:, 3:].reshape(-1, k, 2))
-    landmarks = place_from(model, poses, z + noise).reshape(len(points), -1)
+    landmarks = many_poses.place(model, poses, z + noise).reshape(len(points), -1)
     moments = transform(landmarks - landmarks[:1], rule)
     slopes = moments.slopes[:, :3]
     return Regression(

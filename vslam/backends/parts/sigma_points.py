@@ -26,11 +26,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from vslam.errors import VslamError
-from vslam.observation import ObservationModel
 
 FloatArray = NDArray[np.float64]
-
-_ORIGIN = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -169,19 +166,3 @@ def lower_triangle(wide: FloatArray) -> FloatArray:
         R = np.vstack([R, np.zeros((len(wide) - len(R), len(wide)))])
     signs = np.where(R.diagonal() < 0.0, -1.0, 1.0)
     return np.asarray((signs[:, None] * R).T)
-
-
-def measure_from(model: ObservationModel, poses: FloatArray, landmarks: FloatArray) -> FloatArray:
-    """h of k landmarks from many poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
-    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    way = landmarks - poses[:, None, :2]
-    local = np.stack([c * way[..., 0] + s * way[..., 1], c * way[..., 1] - s * way[..., 0]], axis=-1)
-    return model.h(_ORIGIN, local.reshape(-1, 2)).reshape(local.shape)
-
-
-def place_from(model: ObservationModel, poses: FloatArray, z: FloatArray) -> FloatArray:
-    """g of k measurements from many poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
-    local = model.g(_ORIGIN, z.reshape(-1, 2)).reshape(z.shape)
-    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    turned = np.stack([c * local[..., 0] - s * local[..., 1], s * local[..., 0] + c * local[..., 1]], axis=-1)
-    return turned + poses[:, None, :2]

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dgemm
 
-from vslam import sigma_moves
+from vslam.backends.parts import sigma_moves
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
-from vslam.full_covariance import block_diagonal, state_rows
-from vslam.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.backends.parts.full_covariance import block_diagonal, state_rows
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
 from vslam.observation import ObservationModel
-from vslam.sigma_points import cubature, lower_triangle
+from vslam.backends.parts.sigma_points import cubature, lower_triangle
 from vslam.slam_backend import NEW, backends
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ class SquareRootCkf:
         Raises
         ------
         VslamError
-            As `vslam.full_covariance.FullCovariance.update`.
+            As `vslam.backends.parts.full_covariance.FullCovariance.update`.
         """
         check_observations(observations)
         matches = np.array(hypothesis, dtype=np.int64)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.ekf import Ekf
+from vslam.backends.ekf import Ekf
 from vslam.motion import motion_jacobians
 from vslam.observation import ObservationModel
 from vslam.slam_backend import backends

@@ -7,11 +7,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam import sigma_moves
+from vslam.backends.parts import sigma_moves
 from vslam.frame import Odometry
-from vslam.full_covariance import FullCovariance, block_diagonal, state_rows
-from vslam.input_checks import check_odometry
-from vslam.sigma_points import RuleOf, factor
+from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, state_rows
+from vslam.backends.parts.input_checks import check_odometry
+from vslam.backends.parts.sigma_points import RuleOf, factor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

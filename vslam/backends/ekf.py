@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.frame import Odometry
-from vslam.full_covariance import FullCovariance, block_diagonal, stacked_jacobian, state_rows
-from vslam.input_checks import check_odometry
+from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, stacked_jacobian, state_rows
+from vslam.backends.parts.input_checks import check_odometry
 from vslam.motion import motion_jacobians, move
 from vslam.slam_backend import backends
 

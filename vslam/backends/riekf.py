@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.blas import dsyr2
 
-from vslam.ekf import Ekf
+from vslam.backends.ekf import Ekf
 from vslam.geometry import rotation
 from vslam.slam_backend import backends
 

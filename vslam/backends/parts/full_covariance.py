@@ -20,7 +20,7 @@ from scipy.linalg.lapack import dpotrf
 
 from vslam.errors import VslamError
 from vslam.frame import Observations
-from vslam.input_checks import check_hypothesis, check_observations
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations
 from vslam.observation import ObservationModel
 from vslam.slam_backend import NEW
 
