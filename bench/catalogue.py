@@ -1,4 +1,4 @@
-"""The names that studies and data sets may use: scenes, filters, studies, layouts, parts of the estimator."""
+"""The names that studies and data sets may use: scenes, filters, back-ends, studies, layouts, parts of the estimator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy
+from bench.study import AnyStudy, DlrStudy, RenderedStudy
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,13 @@ def studies() -> list[Entry]:
     return [Entry(name, study_files.load(name).title) for name in study_files.names()]
 
 
+def backends() -> list[Entry]:
+    """The SLAM back-ends, each with its first line."""
+    from vslam.slam_backend import backends as known
+
+    return [Entry(name, (known.get(name).__doc__ or "").strip().split("\n")[0]) for name in known.names()]
+
+
 def layouts() -> list[Entry]:
     """The layouts of data sets."""
     from bench.datasets import layout
@@ -47,7 +54,7 @@ def layouts() -> list[Entry]:
     return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
-def check(study: RenderedStudy | DlrStudy) -> None:
+def check(study: AnyStudy) -> None:
     """Refuse unknown names before anything is rendered.
 
     Raises
@@ -56,7 +63,7 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
         with near names.
     """
-    from vslam.slam import SlamSettings
+    from vslam.slam import Slam, SlamSettings
 
     if isinstance(study, RenderedStudy):
         if study.scene.file is None:
@@ -65,9 +72,14 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         _try_parameters(study)
         _try_lights(study)
         SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+        return
+    if isinstance(study, DlrStudy):
+        forms = list(product(study.associations, study.observations))
     else:
-        for association, observation in product(study.associations, study.observations):
-            SlamSettings(study.backend, association, observation, study.gate)
+        forms = [("annotated", study.observation)]
+    for backend, (association, observation) in product(study.backends, forms):
+        # built, so that a wrong parameter costs no run
+        Slam(SlamSettings(backend.name, association, observation, parameters=backend.parameters))
 
 
 def _try_parameters(study: RenderedStudy) -> None:

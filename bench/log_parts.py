@@ -6,18 +6,20 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DlrStudy, RenderedStudy
+from bench.study_model import AnyStudy, DlrStudy, DriveStudy, RenderedStudy
 
-S = TypeVar("S", RenderedStudy, DlrStudy, RenderedStudy | DlrStudy)
+S = TypeVar("S", RenderedStudy, DlrStudy, DriveStudy, AnyStudy)
 
 LOG = "log"
 """Name of the parameter by which a scene's builder asks for the log."""
 
 
-def reads_log(study: RenderedStudy | DlrStudy) -> bool:
+def reads_log(study: AnyStudy) -> bool:
     """Whether the study replays the log, or its scene or camera comes from it."""
     if isinstance(study, DlrStudy):
         return True
+    if isinstance(study, DriveStudy):
+        return any(drive.source != "loop" for drive in study.drives)
     return study.camera.source == "dlr" or _scene_asks(study.scene.name)
 
 

@@ -11,14 +11,14 @@ from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.study import dump
-from bench.study_model import DlrStudy, RenderedStudy
+from bench.study_model import AnyStudy, DlrStudy, DriveStudy, RenderedStudy
 
 BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
 """About what a row of a table and a line of a trajectory take, for the check of free disk."""
 
 
 def run(
-    study: RenderedStudy | DlrStudy,
+    study: AnyStudy,
     options: RunOptions,
     progress: Progress,
     report: Callable[[Path], object] | None = None,
@@ -47,6 +47,10 @@ def run(
             from bench.dlr_run import run as replay_log
 
             facts = replay_log(study, folder, options.data, progress)
+        elif isinstance(study, DriveStudy):
+            from bench.drives_run import run as run_drives
+
+            facts = run_drives(study, folder, options.data, options.workers, progress)
         else:
             from bench.rendered_run import run as run_rendered
 
@@ -61,7 +65,7 @@ def run(
 
 
 def _write_provenance(
-    folder: RunFolder, study: RenderedStudy | DlrStudy, options: RunOptions, facts: RunFacts
+    folder: RunFolder, study: AnyStudy, options: RunOptions, facts: RunFacts
 ) -> None:
     collected = provenance.collect(
         seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds

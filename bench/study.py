@@ -14,7 +14,9 @@ from bench.errors import BenchError, unknown_name
 from bench.study_errors import reason
 from bench.study_model import (
     SEQUENCES,
+    AnyStudy,
     DlrStudy,
+    DriveStudy,
     FilterChoice,
     Illumination,
     RenderedStudy,
@@ -22,7 +24,9 @@ from bench.study_model import (
 )
 
 __all__ = [
+    "AnyStudy",
     "DlrStudy",
+    "DriveStudy",
     "FilterChoice",
     "Illumination",
     "RenderedStudy",
@@ -39,7 +43,7 @@ def names() -> list[str]:
     return sorted(f.name.removesuffix(".yaml") for f in _packaged().iterdir() if f.name.endswith(".yaml"))
 
 
-def load(name_or_path: str | Path) -> RenderedStudy | DlrStudy:
+def load(name_or_path: str | Path) -> AnyStudy:
     """Load a packaged study by name, or a study file.
 
     Parameters
@@ -60,7 +64,7 @@ def load(name_or_path: str | Path) -> RenderedStudy | DlrStudy:
     return parse((_packaged() / f"{text}.yaml").read_text(encoding="utf-8"), f"studies/{text}.yaml")
 
 
-def parse(text: str, where: str) -> RenderedStudy | DlrStudy:
+def parse(text: str, where: str) -> AnyStudy:
     """Validate the text of a study file; ``where`` names it in errors.
 
     Raises
@@ -81,7 +85,7 @@ def parse(text: str, where: str) -> RenderedStudy | DlrStudy:
         raise BenchError(f"{where}: {reason(model, error)}") from None
 
 
-def dump(study: RenderedStudy | DlrStudy) -> str:
+def dump(study: AnyStudy) -> str:
     """Write a study as YAML with every default filled in; `parse` gives the same study back."""
     return yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True, width=110)
 
@@ -125,7 +129,7 @@ def _yaml_reason(error: yaml.YAMLError) -> str:
     return f"line {mark.line + 1}, column {mark.column + 1}: {reason}" if mark else reason
 
 
-def _model_of(content: dict[Any, Any], where: str) -> type[RenderedStudy] | type[DlrStudy]:
+def _model_of(content: dict[Any, Any], where: str) -> type[AnyStudy]:
     """The model that the key ``sequence`` chooses."""
     models = {get_args(model.model_fields["sequence"].annotation)[0]: model for model in SEQUENCES}
     allowed = " or ".join(models)

@@ -27,8 +27,8 @@ def subtitle(run: Run) -> str:
     engine = run.provenance.get("engine")
     parts = [
         f"study {run.study.get('name', run.folder.name)}",
-        f"scene {', '.join(run.scenes)}" if run.scenes and not run.is_dlr else "",
-        f"rendered by {engine}" if engine and not run.is_dlr else "",
+        f"scene {', '.join(run.scenes)}" if run.scenes and not (run.is_dlr or run.compares_drives) else "",
+        f"rendered by {engine}" if engine and not (run.is_dlr or run.compares_drives) else "",
         str(run.provenance.get("started") or run.provenance.get("created") or "")[:10],
     ]
     return " · ".join(p for p in parts if p)

@@ -53,6 +53,11 @@ class Run:
         return self.study.get("sequence") == "dlr"
 
     @property
+    def compares_drives(self) -> bool:
+        """Whether the run compares back-ends on drives."""
+        return self.study.get("sequence") == "drives"
+
+    @property
     def title(self) -> str:
         """What the page is called."""
         return str(self.study.get("title") or self.study.get("name") or self.folder.name)
@@ -89,11 +94,11 @@ def load(folder: Path) -> Run:
     if not folder.is_dir():
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
-    is_dlr = study.get("sequence") == "dlr"
+    without_pictures = study.get("sequence") in ("dlr", "drives")
     runs = _table(folder / "runs.parquet", RUN_COLUMNS)
-    frames = _frames(folder / "frames.parquet", optional=is_dlr)
+    frames = _frames(folder / "frames.parquet", optional=without_pictures)
     filters = _filter_order(study, frames, runs)
-    if not is_dlr and BASELINE not in filters:
+    if not without_pictures and BASELINE not in filters:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )

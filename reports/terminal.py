@@ -41,6 +41,8 @@ def summary(run_dir: Path) -> RenderableType:
         Something in the folder is missing or damaged.
     """
     run = load(run_dir)
+    if run.compares_drives:
+        return _drives(run)
     return _dlr(run) if run.is_dlr else _rendered(run)
 
 
@@ -91,10 +93,38 @@ def _dlr(run: Run) -> RenderableType:
     failed = [f"{one.label}: {one.row['status']}" for one in dlr.dlr_runs(run) if not one.ok]
     notes = [
         dissertation.DIFFERENCE,
-        f"Bound for any online estimator: {number(dissertation.BOUND_M)} m. NEES of a consistent filter: 3.",
+        f"Bound for any online estimator: {number(dlr.bound_m(run), 2)} m. NEES of a consistent filter: 3.",
         *failed,
     ]
     return Group(table, *_paragraphs(notes, "dim"))
+
+
+def _drives(run: Run) -> RenderableType:
+    from rich.console import Group
+
+    from reports import drives
+
+    tables = []
+    for scene in drives.scenes(run):
+        every = drives.groups(run, scene)
+        low, high = drives.nees_band(max(1, *(len(g.rows) for g in every)))
+        headings = ("RMSE\nm", "min … max", "ATE\nm", "RPE\nm", "land-\nmarks\nm", "NEES", "ms/step", "MB")
+        table = _table(f"{scene}\nNEES band {low:.2f} … {high:.2f}", headings)
+        keys = ("rmse_m", "", "rmse_aligned_m", "rpe_m", "landmark_rmse_m", "nees", "step_ms", "memory_mb")
+        columns = {c.key: c for c in drives.COLUMNS}
+        for group in every:
+            spread = drives.shown(group, columns["rmse_m"])[1]
+            cells = [drives.shown(group, columns[k])[0] if k else spread for k in keys]
+            table.add_row(group.label, *(cells if len(group.rows) else ["failed"]))
+        table.add_section()
+        table.add_row("Cramér–Rao bound", number(drives.bound_m(run, scene), 3), style="dim")
+        if drives.simulates_dissertation(run, scene):
+            for published in dissertation.ROWS:
+                table.add_row(published.label, number(published.rmse_m, 2), style="dim")
+        tables.append(table)
+    notes = [dissertation.VIRTUAL] if drives.simulates_dissertation(run) else []
+    failed = [f"{g.label}: {f}" for s in drives.scenes(run) for g in drives.groups(run, s) for f in g.failures]
+    return Group(*_paragraphs([drives.verdict(run)], "bold"), *tables, *_paragraphs([*notes, *failed], "dim"))
 
 
 def _table(corner: str, headings: Iterable[str]) -> Table:

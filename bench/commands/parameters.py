@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from bench.study import DlrStudy, RenderedStudy
+    from bench.study import AnyStudy
 
 
 class SplitName(StrEnum):
@@ -50,8 +50,8 @@ ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The r
 
 
 def placed(
-    study: RenderedStudy | DlrStudy, scene: str | None, split: SplitName | None, data: Path | None = None
-) -> RenderedStudy | DlrStudy:
+    study: AnyStudy, scene: str | None, split: SplitName | None, data: Path | None = None
+) -> AnyStudy:
     """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study

@@ -21,7 +21,7 @@ from bench.commands.parameters import (
 )
 
 if TYPE_CHECKING:
-    from bench.study import DlrStudy, RenderedStudy
+    from bench.study import AnyStudy
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 
@@ -70,8 +70,8 @@ def run(
 
 
 def _override(
-    study: RenderedStudy | DlrStudy, engine: EngineName | None, seed: int | None
-) -> RenderedStudy | DlrStudy:
+    study: AnyStudy, engine: EngineName | None, seed: int | None
+) -> AnyStudy:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
 
