@@ -1,4 +1,4 @@
-"""The names that studies and data sets may use: scenes, filters, back-ends, studies, layouts, parts of the estimator."""
+"""The names that studies and data sets may use: scenes, filters, back-ends, layouts and the like."""
 
 from __future__ import annotations
 

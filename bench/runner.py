@@ -64,9 +64,7 @@ def run(
     return folder.path
 
 
-def _write_provenance(
-    folder: RunFolder, study: AnyStudy, options: RunOptions, facts: RunFacts
-) -> None:
+def _write_provenance(folder: RunFolder, study: AnyStudy, options: RunOptions, facts: RunFacts) -> None:
     collected = provenance.collect(
         seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
     )

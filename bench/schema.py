@@ -68,5 +68,5 @@ RUN_COLUMNS: dict[str, str] = {
 }
 """One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN.
 
-``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured, and
-NaN where runs must give the same bytes."""
+``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured,
+and NaN where runs must give the same bytes."""

@@ -45,13 +45,13 @@ ROWS = (PROPOSED, CKF, SRCKF)
 
 DIFFERENCE = (
     "The dissertation's 0.13 m cannot be compared with a replay of this log: no online estimator can reach "
-    "it here (the posterior Cramér–Rao bound stands beside our numbers), whereas the dissertation simulated a virtual "
-    "sensor of 12 m and ±75° on this map, where the real detector reports nothing beyond 4.4 m, and let "
-    "ground truth update the odometry."
+    "it here (the posterior Cramér–Rao bound stands beside our numbers), whereas the dissertation "
+    "simulated a virtual sensor of 12 m and ±75° on this map, where the real detector reports nothing "
+    "beyond 4.4 m, and let ground truth update the odometry."
 )
 
 VIRTUAL = (
     "The dissertation's 0.13 m, and the 0.19 m and 0.15 m it is compared with, are single numbers from three "
-    "simulations under three conditions. Here every estimator meets the same noise, several times: the spread "
-    "between repetitions stands below each mean, and the bound says what noise of this size allows at all."
+    "simulations under three conditions. Here every estimator meets the same noise, several times: the "
+    "spread between repetitions stands below each mean, and the bound says what noise of this size allows."
 )

@@ -73,8 +73,8 @@ def nees_band(repetitions: int) -> tuple[float, float]:
     """95 % band of the mean NEES of independent repetitions at one step (χ² of 3 each)."""
     from scipy.stats import chi2
 
-    low, high = chi2.ppf([0.025, 0.975], df=POSE_DOF * repetitions) / repetitions
-    return float(low), float(high)
+    low, high = (float(chi2.ppf(p, df=POSE_DOF * repetitions)) / repetitions for p in (0.025, 0.975))
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def _mean_rmse(group: Group) -> float:
 
 
 def simulates_dissertation(run: Run, scene: str | None = None) -> bool:
-    """Whether a drive has a virtual sensor in the building, so that the dissertation's numbers stand beside."""
+    """Whether a drive has a virtual sensor in the building, as the dissertation has."""
     drives: Any = run.study.get("drives") or ()
     return any(
         isinstance(drive, dict)
@@ -155,7 +155,6 @@ def truth_fed(run: Run) -> tuple[str, ...]:
         for drive in drives
         if isinstance(drive, dict) and (drive.get("odometry") or {}).get("protocol") == "truth_fed"
     )
-
 
 
 def frame(run: Run, scene: str) -> DataFrame:

@@ -23,8 +23,8 @@ def draw_spread(run: Run, scene: str) -> Path:
             panel.plot(values.mean(), y, "|", color=style.INK, markersize=13, markeredgewidth=1.6)
         bound = drives.bound_m(run, scene)
         if np.isfinite(bound):
-            dashed = {"color": style.INK, "linewidth": 0.9, "linestyle": (0, (4, 3))}
-            panel.axvline(bound, label=f"Cramér–Rao bound {bound:.3f} m", **dashed)
+            label = f"Cramér–Rao bound {bound:.3f} m"
+            panel.axvline(bound, color=style.INK, linewidth=0.9, linestyle=(0, (4, 3)), label=label)
             panel.legend(loc="lower right", fontsize=8)
         panel.set_yticks(range(len(shown)), [g.label for g in shown])
         panel.invert_yaxis()

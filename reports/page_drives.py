@@ -19,8 +19,8 @@ CAVEATS = (
     "Below a mean stands the smallest and the largest repetition. A recorded drive has one.",
     "The posterior Cramér–Rao bound takes the covariances that the stream states, at the true track. "
     "Estimators that are no longer unbiased, and single runs, may fall below it.",
-    "NEES is the mean over steps and repetitions. The band printed with each table is that of the mean over its "
-    "repetitions at one step, for a consistent filter.",
+    "NEES is the mean over steps and repetitions. The band printed with each table is that of the mean over "
+    "its repetitions at one step, for a consistent filter.",
     "Rows named …_smoothed know the whole drive: no online estimate, so neither bound nor time stands beside "
     "them.",
     "Milliseconds are measured while other processes run. Memory counts the numbers of the estimate (for the "
@@ -35,8 +35,8 @@ def compose(run: Run) -> Page:
     further = [dissertation.VIRTUAL] if drives.simulates_dissertation(run) else []
     if fed:
         further.append(
-            f"The odometry of {', '.join(fed)} was fed by the truth (odometry: truth_fed): those errors are no "
-            "robot's."
+            f"The odometry of {', '.join(fed)} was fed by the truth (odometry: truth_fed): those errors are "
+            "no robot's."
         )
     return Page(
         run.title,
@@ -61,7 +61,7 @@ def compose(run: Run) -> Page:
 
 
 def table(run: Run, scene: str) -> Table:
-    """Back-ends on a drive, the bound, and the published results; saved as ``figures/drives--<scene>.csv``."""
+    """Back-ends on a drive, the bound, and the published results; ``figures/drives--<scene>.csv``."""
     import pandas as pd
 
     every = drives.groups(run, scene)
@@ -99,7 +99,7 @@ def _pictures(run: Run, scene: str) -> tuple[Picture, ...]:
         Picture(
             figures_drives.draw_spread(run, scene),
             "Position error of every repetition",
-            "On a logarithmic axis. The spread between repetitions of the same noise is what a single published "
-            "number hides.",
+            "On a logarithmic axis. The spread between repetitions of the same noise is what a single "
+            "published number hides.",
         ),
     )

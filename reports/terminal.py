@@ -123,7 +123,9 @@ def _drives(run: Run) -> RenderableType:
                 table.add_row(published.label, number(published.rmse_m, 2), style="dim")
         tables.append(table)
     notes = [dissertation.VIRTUAL] if drives.simulates_dissertation(run) else []
-    failed = [f"{g.label}: {f}" for s in drives.scenes(run) for g in drives.groups(run, s) for f in g.failures]
+    failed = [
+        f"{g.label}: {f}" for s in drives.scenes(run) for g in drives.groups(run, s) for f in g.failures
+    ]
     return Group(*_paragraphs([drives.verdict(run)], "bold"), *tables, *_paragraphs([*notes, *failed], "dim"))
 
 

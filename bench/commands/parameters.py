@@ -49,9 +49,7 @@ SplitOption = Annotated[
 ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The results folder.")]
 
 
-def placed(
-    study: AnyStudy, scene: str | None, split: SplitName | None, data: Path | None = None
-) -> AnyStudy:
+def placed(study: AnyStudy, scene: str | None, split: SplitName | None, data: Path | None = None) -> AnyStudy:
     """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study

@@ -69,9 +69,7 @@ def run(
     show(runner.run(chosen, options, Bars(), report=html.build))
 
 
-def _override(
-    study: AnyStudy, engine: EngineName | None, seed: int | None
-) -> AnyStudy:
+def _override(study: AnyStudy, engine: EngineName | None, seed: int | None) -> AnyStudy:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
 

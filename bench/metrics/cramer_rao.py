@@ -28,6 +28,7 @@ from vslam.geometry import to_local
 from vslam.slam import SlamSettings, run_slam
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def bound(drive: Drive) -> FloatArray:
@@ -66,7 +67,9 @@ def without_noise(drive: Drive) -> list[tuple[Odometry, Observations]]:
     ]
 
 
-def _seen(pose: FloatArray, observations: Observations, rows: FloatArray, landmarks: FloatArray) -> Observations:
+def _seen(
+    pose: FloatArray, observations: Observations, rows: IntArray, landmarks: FloatArray
+) -> Observations:
     known = rows >= 0
     points = to_local(pose, landmarks[rows[known]])
     return Observations(points, observations.covariances[known], observations.ids[known])

@@ -4,8 +4,8 @@ Sources
 -------
 Position RMSE: eq. 3-39. Squared error of each axis: eqs. 3-40 and 3-41. SE(2) alignment without scale:
 Umeyama 1991, whose rotation has a closed form in the plane. Absolute and relative pose error: Sturm et al.
-2012, section VI; ``rmse_aligned_m`` is their ATE, `relative_errors` their RPE. NEES: Bar-Shalom, Li & Kirubarajan 2001,
-section 5.4.
+2012, section VI; ``rmse_aligned_m`` is their ATE, `relative_errors` their RPE. NEES: Bar-Shalom, Li &
+Kirubarajan 2001, section 5.4.
 
 Conventions
 -----------

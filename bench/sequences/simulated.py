@@ -69,7 +69,9 @@ def simulate(
     truth = _from_start(poses)
     world = to_local(poses[0], landmarks)
     moves = _odometry(choice.odometry, truth, odometry_rng)
-    steps = tuple((u, look(choice.sensor, pose, world, sensor_rng)) for u, pose in zip(moves, truth[1:], strict=True))
+    steps = tuple(
+        (u, look(choice.sensor, pose, world, sensor_rng)) for u, pose in zip(moves, truth[1:], strict=True)
+    )
     return Drive(choice.name, steps, truth[1:], np.arange(len(world)), world)
 
 
@@ -90,7 +92,8 @@ def look(
     ray = local[ids] / distance[ids, None]
     across = np.column_stack([-ray[:, 1], ray[:, 0]])
     roots = np.stack(
-        [sensor.sigma_range_m * ray, np.radians(sensor.sigma_bearing_deg) * distance[ids, None] * across], axis=-1
+        [sensor.sigma_range_m * ray, np.radians(sensor.sigma_bearing_deg) * distance[ids, None] * across],
+        axis=-1,
     )
     points = local[ids] + (roots @ noise[ids, :, None])[:, :, 0]
     return Observations(points, roots @ roots.transpose(0, 2, 1), ids.astype(np.int64))
@@ -142,7 +145,9 @@ def _odometry(choice: SimulatedOdometry, truth: FloatArray, rng: np.random.Gener
     if choice.protocol == "truth_fed":
         noise[:] = 0.0
     Q = np.diag(sigma**2)
-    return [Odometry(true_increment(a, b) + n, Q) for a, b, n in zip(truth[:-1], truth[1:], noise, strict=True)]
+    return [
+        Odometry(true_increment(a, b) + n, Q) for a, b, n in zip(truth[:-1], truth[1:], noise, strict=True)
+    ]
 
 
 def true_increment(start: FloatArray, end: FloatArray) -> FloatArray:

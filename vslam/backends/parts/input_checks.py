@@ -1,4 +1,4 @@
-"""What a back-end refuses: values that are not finite, noise that is no covariance, landmarks that do not exist."""
+"""What a back-end refuses: values that are not finite, noise that is no covariance, unknown landmarks."""
 
 from __future__ import annotations
 
