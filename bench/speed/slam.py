@@ -55,9 +55,12 @@ class NumpyEkf:
         H = stacked_jacobian(*self.model.h_jacobians(self.x[:3], landmarks))
         PHt = self.P[:, rows] @ H.T
         S_Z = H @ PHt[rows] + block_diagonal(S)
-        K = np.linalg.solve(S_Z, PHt.T).T
-        self.x += K @ (z - self.model.h(self.x[:3], landmarks)).ravel()
-        self.P -= K @ PHt.T
+        # K S_Z Kᵀ = Wᵀ W; with K (P Hᵀ)ᵀ in its place P loses its symmetry and the filter diverges on the log
+        C = np.linalg.cholesky(S_Z)
+        W = np.linalg.solve(C, PHt.T)
+        Z = (z - self.model.h(self.x[:3], landmarks)).ravel()
+        self.x += W.T @ np.linalg.solve(C, Z)
+        self.P -= W.T @ W
 
     def _found(self, z: FloatArray, S: FloatArray, ids: NDArray[np.int64]) -> None:
         n, k = len(self.x), 2 * len(z)
