@@ -1,14 +1,16 @@
-"""The names that studies and data sets may use: scenes, filters, back-ends, layouts and the like."""
+"""The names that studies and data sets may use: scenes, filters, studies, layouts, parts of the estimator."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import AnyStudy, DlrStudy, RenderedStudy
+from bench.study import DlrStudy, DriveStudy, RenderedStudy, Study
+from bench.study_model import BackendChoice
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,8 @@ def layouts() -> list[Entry]:
     return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
-def check(study: AnyStudy) -> None:
+@singledispatch
+def check(study: Study) -> None:
     """Refuse unknown names before anything is rendered.
 
     Raises
@@ -63,23 +66,37 @@ def check(study: AnyStudy) -> None:
         For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
         with near names.
     """
+    raise TypeError(f"no check for studies of the kind {study.sequence!r}")
+
+
+@check.register
+def _(study: RenderedStudy) -> None:
+    from vslam.slam import SlamSettings
+
+    if study.scene.file is None:
+        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+    _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
+    _try_parameters(study)
+    _try_lights(study)
+    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+
+
+@check.register
+def _(study: DlrStudy) -> None:
+    _try_backends(study.backends, product(study.associations, study.observations))
+
+
+@check.register
+def _(study: DriveStudy) -> None:
+    _try_backends(study.backends, [("annotated", study.observation)])
+
+
+def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, str]]) -> None:
+    """Build each back-end, so that a wrong name or parameter costs no run."""
     from vslam.slam import Slam, SlamSettings
 
-    if isinstance(study, RenderedStudy):
-        if study.scene.file is None:
-            _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-        _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
-        _try_parameters(study)
-        _try_lights(study)
-        SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
-        return
-    if isinstance(study, DlrStudy):
-        forms = list(product(study.associations, study.observations))
-    else:
-        forms = [("annotated", study.observation)]
-    for backend, (association, observation) in product(study.backends, forms):
-        # built, so that a wrong parameter costs no run
-        Slam(SlamSettings(backend.name, association, observation, parameters=backend.parameters))
+    for choice, (association, observation) in product(choices, list(forms)):
+        Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
 
 
 def _try_parameters(study: RenderedStudy) -> None:

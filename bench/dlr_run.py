@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
 from bench import replay
 from bench.data import dlr_folder
 from bench.metrics.cramer_rao import position_bound
+from bench.options import RunOptions
 from bench.progress import Progress
 from bench.run_facts import RunFacts, landmark_csv, run_stem
 from bench.score import Replay
@@ -20,13 +20,13 @@ from bench.study_model import DlrStudy
 from vslam.slam import SlamSettings
 
 
-def run(study: DlrStudy, folder: RunFolder, data: Path | None, progress: Progress) -> RunFacts:
+def run(study: DlrStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Replay the log into a run folder; the frames table stays empty, as no picture is filtered.
 
     The log has no clock: its trajectories are stamped with the number of the step.
     """
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(data))
+    log = dlr.load(dlr_folder(options.data))
     ways = list(product(study.backends, study.associations, study.observations))
     done: list[Replay] = []
     with facts.timed("replay"), progress.stage("replay", 1 + len(ways)) as advance:

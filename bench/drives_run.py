@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from bench import log_parts
 from bench.data import dlr_folder
 from bench.dlr_run import write
 from bench.drive_choice import AnyDrive, LoopDrive, RecordedDrive
 from bench.metrics.cramer_rao import position_bound
+from bench.options import RunOptions
 from bench.progress import Progress
 from bench.rng import generator
 from bench.run_facts import RunFacts
@@ -34,13 +34,13 @@ class Task:
     log: dlr.DlrLog | None
 
 
-def run(study: DriveStudy, folder: RunFolder, data: Path | None, count: int, progress: Progress) -> RunFacts:
+def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(data)) if log_parts.reads_log(study) else None
+    log = dlr.load(dlr_folder(options.data)) if log_parts.reads_log(study) else None
     pairs = [(drive, k) for drive in study.drives for k in range(_repetitions(study, drive))]
     replays: list[Replay] = []
-    with workers(count) as pool:
+    with workers(options.workers) as pool:
         with facts.timed("bound"), progress.stage("bound", len(pairs)) as advance:
             bounds = []
             for bound_m in pool.map(_bound, [(study, drive, k, log) for drive, k in pairs]):

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import AnyStudy, DlrStudy, DriveStudy, RenderedStudy
+from bench.study_model import DlrStudy, DriveStudy, RenderedStudy, Study
 
-S = TypeVar("S", RenderedStudy, DlrStudy, DriveStudy, AnyStudy)
+S = TypeVar("S", bound=Study)
 
 LOG = "log"
 """Name of the parameter by which a scene's builder asks for the log."""
 
 
-def reads_log(study: AnyStudy) -> bool:
+def reads_log(study: Study) -> bool:
     """Whether the study replays the log, or its scene or camera comes from it."""
     if isinstance(study, DlrStudy):
         return True

@@ -6,7 +6,7 @@ electrons.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -19,7 +19,6 @@ from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
 
 __all__ = [
     "SEQUENCES",
-    "AnyStudy",
     "BackendChoice",
     "CameraChoice",
     "DepthNoise",
@@ -272,10 +271,8 @@ class DriveStudy(Part):
     seeds: int = Field(10, ge=1)
 
 
-AnyStudy = RenderedStudy | DlrStudy | DriveStudy
-Study = Annotated[AnyStudy, Field(discriminator="sequence")]
-SEQUENCES: tuple[type[RenderedStudy] | type[DlrStudy] | type[DriveStudy], ...] = (
-    RenderedStudy,
-    DlrStudy,
-    DriveStudy,
-)
+Study = Annotated[RenderedStudy | DlrStudy | DriveStudy, Field(discriminator="sequence")]
+"""A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
+runs it, and ``reports/page_<sequence>.py``, which tells of it."""
+
+SEQUENCES: tuple[type[Study], ...] = get_args(get_args(Study)[0])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from reports import inline, page_dlr, page_drives, page_rendered
+from reports import inline
 from reports.errors import ReportError
+from reports.kind import kind_of
 from reports.page import Page
-from reports.run import Run, load
+from reports.run import load
 from reports.strips import PICTURES
 from reports.wording import number
 
@@ -36,7 +37,7 @@ def build(run_dir: Path) -> Path:
         Something in the folder is missing or damaged, or it cannot be written.
     """
     run = load(run_dir)
-    page = _compose(run)
+    page = kind_of(run.sequence).compose(run)
     target = run_dir / "report.html"
     aside = run_dir / "report.html.part"
     try:
@@ -45,12 +46,6 @@ def build(run_dir: Path) -> Path:
     except OSError as error:
         raise ReportError(f"cannot write {target} ({error.strerror}): free or unlock the folder") from error
     return target
-
-
-def _compose(run: Run) -> Page:
-    if run.compares_drives:
-        return page_drives.compose(run)
-    return page_dlr.compose(run) if run.is_dlr else page_rendered.compose(run)
 
 
 def render(page: Page) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reports import dissertation, drives, figures_drives, provenance
+from reports import dissertation, drives, figures_drives, provenance, terminal_drives
+from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
@@ -103,3 +104,6 @@ def _pictures(run: Run, scene: str) -> tuple[Picture, ...]:
             "published number hides.",
         ),
     )
+
+
+KIND = Kind(compose, terminal_drives.summary, filtered=False)

@@ -12,6 +12,7 @@ import numpy as np
 
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
 from reports.errors import ReportError
+from reports.kind import kind_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -48,14 +49,9 @@ class Run:
     filters: tuple[str, ...]
 
     @property
-    def is_dlr(self) -> bool:
-        """Whether the run replays the DLR log."""
-        return self.study.get("sequence") == "dlr"
-
-    @property
-    def compares_drives(self) -> bool:
-        """Whether the run compares back-ends on drives."""
-        return self.study.get("sequence") == "drives"
+    def sequence(self) -> str:
+        """The kind of study (`reports.kind`)."""
+        return str(self.study.get("sequence"))
 
     @property
     def title(self) -> str:
@@ -94,11 +90,11 @@ def load(folder: Path) -> Run:
     if not folder.is_dir():
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
-    without_pictures = study.get("sequence") in ("dlr", "drives")
+    filtered = kind_of(str(study.get("sequence"))).filtered
     runs = _table(folder / "runs.parquet", RUN_COLUMNS)
-    frames = _frames(folder / "frames.parquet", optional=without_pictures)
+    frames = _frames(folder / "frames.parquet", optional=not filtered)
     filters = _filter_order(study, frames, runs)
-    if not without_pictures and BASELINE not in filters:
+    if filtered and BASELINE not in filters:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )

@@ -21,7 +21,7 @@ from bench.commands.parameters import (
 )
 
 if TYPE_CHECKING:
-    from bench.study import AnyStudy
+    from bench.study import Study
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 
@@ -69,7 +69,7 @@ def run(
     show(runner.run(chosen, options, Bars(), report=html.build))
 
 
-def _override(study: AnyStudy, engine: EngineName | None, seed: int | None) -> AnyStudy:
+def _override(study: Study, engine: EngineName | None, seed: int | None) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
 

@@ -1,7 +1,8 @@
 """``slam_graph``: steps per second of the whole DLR log through ``ekf_fej``, against iSAM2 online.
 
-iSAM2 (GTSAM, QR, its default relinearisation) is updated with every picture and asked for the newest pose.
-Its factors and first guesses are made beforehand, and it is asked for no covariance, so it does less than ours.
+iSAM2 (GTSAM, QR, its default relinearisation) is updated with every picture and asked for the newest
+pose. Its factors and first guesses are made beforehand, and it is asked for no covariance, so it does less
+than ours.
 """
 
 from __future__ import annotations
