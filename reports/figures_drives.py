@@ -9,6 +9,9 @@ import numpy as np
 from reports import drives, style
 from reports.run import Run
 
+WIDE = 10.0
+"""Ratio of the largest to the smallest error beyond which the axis is logarithmic."""
+
 
 def draw_spread(run: Run, scene: str) -> Path:
     """Save the RMSE of each back-end on a drive, a dot per repetition, and the Cramér–Rao bound."""
@@ -25,12 +28,15 @@ def draw_spread(run: Run, scene: str) -> Path:
         if np.isfinite(bound):
             label = f"Cramér–Rao bound {bound:.3f} m"
             panel.axvline(bound, color=style.INK, linewidth=0.9, linestyle=(0, (4, 3)), label=label)
-            panel.legend(loc="lower right", fontsize=8)
+            figure.legend(loc="outside upper right", fontsize=8)
         panel.set_yticks(range(len(shown)), [g.label for g in shown])
-        panel.invert_yaxis()
-        panel.set(xscale="log", xlabel="position RMSE, m (a dot: one repetition; bar: mean)")
-        panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        panel.xaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
+        panel.set_ylim(len(shown) - 0.5, -0.5)
+        panel.set_xlabel("position RMSE, m (a dot: one repetition; bar: mean)")
+        if data["rmse_m"].max() > WIDE * data["rmse_m"].min():
+            panel.set_xscale("log")
+            panel.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        else:
+            panel.set_xlim(0, None)
         panel.grid(axis="x")
         panel.tick_params(axis="y", length=0)
         return style.save(figure, data, run.folder, f"drives-rmse--{scene}")

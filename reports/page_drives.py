@@ -100,8 +100,7 @@ def _pictures(run: Run, scene: str) -> tuple[Picture, ...]:
         Picture(
             figures_drives.draw_spread(run, scene),
             "Position error of every repetition",
-            "On a logarithmic axis. The spread between repetitions of the same noise is what a single "
-            "published number hides.",
+            "The spread between repetitions of the same noise is what a single published number hides.",
         ),
     )
 
