@@ -27,9 +27,11 @@ FRAME_COLUMNS: dict[str, str] = {
     "landmarks_detected": "int64",
     "detections_true": "int64",
     "filter_ms": "float64",
+    "status": "string",
 }
-"""One row per picture and filter. ``time`` is a time of day, "09:00", empty where a study has none; ``lamps``
-the name of the lamps' state, "all" where all burn steadily."""
+"""One row per picture and filter. ``status`` is "ok" or "failed: reason"; a filter that fails on a picture
+has no metrics there: NaN, no detections. ``time`` is a time of day, "09:00", empty where a study has none;
+``lamps`` the name of the lamps' state, "all" where all burn steadily."""
 
 RUN_COLUMNS: dict[str, str] = {
     "scene": "string",
@@ -66,7 +68,8 @@ RUN_COLUMNS: dict[str, str] = {
     "memory_mb": "float64",
     "status": "string",
 }
-"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN.
+"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN. A
+picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed.
 
 ``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured,
 and NaN where runs must give the same bytes."""

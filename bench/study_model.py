@@ -10,9 +10,11 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bench.backend_choice import BackendChoice, Backends
 from bench.camera_choice import CameraChoice, OpticsChoice
 from bench.drive_choice import LoopDrive, RecordedDrive, VirtualDrive, distinct_drives
 from bench.file_scene import FileScene, name_of
+from bench.filter_choice import FilterChoice, Filters
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.sensor_choice import SensorChoice
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
@@ -133,46 +135,6 @@ class DepthNoise(Part):
     max_m: Positive = 12.0
 
 
-class NamedChoice(Part):
-    """Something registered by name, its parameters, and the label of its rows (by default its name)."""
-
-    name: Name
-    parameters: dict[str, Any] = Field(default_factory=dict)
-    label: Name = ""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name_alone(cls, value: Any) -> Any:
-        value = {"name": value} if isinstance(value, str) else value
-        if isinstance(value, dict) and "name" in value:
-            return {**value, "label": value.get("label") or value["name"]}
-        return value
-
-
-class FilterChoice(NamedChoice):
-    """A light filter (`vslam.filters`)."""
-
-
-class BackendChoice(NamedChoice):
-    """A SLAM back-end (`vslam.backends`)."""
-
-
-def _distinct(choices: tuple[BackendChoice, ...]) -> tuple[BackendChoice, ...]:
-    labels = [choice.label for choice in choices]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise ValueError(f"the label {label!r} stands twice; give one of them another label")
-    return choices
-
-
-Backends = Annotated[tuple[BackendChoice, ...], Field(min_length=1), AfterValidator(_distinct)]
-
-
-def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
-    """Doing nothing always stands beside the filters."""
-    return (FilterChoice(name="none"), *(f for f in filters if f.name != "none"))
-
-
 class DiscChoice(Part):
     """What size of disc the detector looks for (`vslam.detect.DetectorSettings`), metres."""
 
@@ -221,19 +183,11 @@ class RenderedStudy(Part):
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()
-    filters: Annotated[tuple[FilterChoice, ...], AfterValidator(_none_first)] = (FilterChoice(name="none"),)
+    filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
     slam: SlamChoice = SlamChoice()
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()
-
-    @model_validator(mode="after")
-    def _labels_differ(self) -> RenderedStudy:
-        labels = [choice.label for choice in self.filters]
-        for label in labels:
-            if labels.count(label) > 1:
-                raise ValueError(f"filters: the label {label!r} stands twice; give one of them another label")
-        return self
 
 
 class DlrStudy(Part):

@@ -15,7 +15,7 @@ from reports.errors import ReportError
 from reports.kind import kind_of
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 BASELINE = "none"
 """The filter that does nothing: the do-nothing picture and the all-negative mask at once."""
@@ -34,7 +34,9 @@ class Run:
     study, provenance : mapping
         ``study.yaml`` and ``provenance.json`` as parsed.
     frames : DataFrame
-        ``bench.schema.FRAME_COLUMNS``; empty for a study without pictures.
+        ``bench.schema.FRAME_COLUMNS`` of the pictures that were filtered; empty for a study without pictures.
+    failed_frames : DataFrame
+        The same of pictures that a filter failed on.
     runs : DataFrame
         ``bench.schema.RUN_COLUMNS``.
     filters : tuple of str
@@ -45,6 +47,7 @@ class Run:
     study: Mapping[str, Any]
     provenance: Mapping[str, Any]
     frames: DataFrame
+    failed_frames: DataFrame
     runs: DataFrame
     filters: tuple[str, ...]
 
@@ -98,7 +101,9 @@ def load(folder: Path) -> Run:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )
-    return Run(folder, study, _provenance(folder / "provenance.json"), frames, runs, filters)
+    good = frames["status"] == OK
+    provenance = _provenance(folder / "provenance.json")
+    return Run(folder, study, provenance, _part(frames, good), _part(frames, ~good), runs, filters)
 
 
 def records(table: DataFrame) -> list[dict[str, Any]]:
@@ -166,6 +171,10 @@ def _table(path: Path, columns: dict[str, str]) -> DataFrame:
     if missing:
         raise _damaged(path, f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}")
     return _typed(table, columns, path)
+
+
+def _part(table: DataFrame, chosen: Series) -> DataFrame:
+    return table[chosen].reset_index(drop=True)
 
 
 def _typed(table: DataFrame, columns: dict[str, str], path: Path) -> DataFrame:

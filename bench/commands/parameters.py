@@ -46,6 +46,15 @@ SplitOption = Annotated[
     SplitName | None,
     typer.Option("--split", help="Of the scene's family, which its seed counts. (Default: the study's.)"),
 ]
+FilterOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--filter",
+        metavar="NAME|MODULE:CLASS|FILE.onnx",
+        help="Instead of the study's filters, beside 'none', which always runs; repeatable. "
+        "(Default: the study's.)",
+    ),
+]
 ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The results folder.")]
 
 
