@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from bench.perception import detector_settings, make_filter
 from bench.pictures import write_png
 from bench.progress import Progress
 from bench.run_facts import RunFacts, empty_frame_row, landmark_csv, run_stem
+from bench.score import Replay
 from bench.sequences import dlr
 from bench.sequences.dlr_camera import robot_camera
 from bench.sequences.dlr_mount import Sighting, calibrated
@@ -31,6 +33,7 @@ from bench.store import RunFolder
 from bench.study_model import DlrPicturesStudy
 from bench.workers import Workers, workers
 from vslam.detect import DiscDetector
+from vslam.filters.apply import FilterFailureError, apply
 from vslam.frame import Observations
 from vslam.slam import SlamSettings
 
@@ -57,6 +60,7 @@ class Looked:
     scores: Scores
     masked: float
     filter_ms: float
+    status: str = "ok"
 
 
 class Looker:
@@ -76,7 +80,13 @@ class Looker:
         looks = {}
         for label, light_filter in self._filters:
             start = time.perf_counter()
-            filtered = light_filter(picture)
+            try:
+                filtered = apply(light_filter, picture)
+            except FilterFailureError as error:
+                nothing = score(Observations.none(), rows, mapped, self._view, self._log_view)
+                status = f"failed: {error.reason}"
+                looks[label] = Looked(Observations.none(), nothing, nan, nan, status)
+                continue
             milliseconds = 1e3 * (time.perf_counter() - start)
             found = self._detect(filtered.image)
             scores = score(found, rows, mapped, self._view, self._log_view)
@@ -93,7 +103,7 @@ class Looker:
     def show(self, step: int, label: str, look: Looked) -> NDArray[np.uint8]:
         """The filtered picture with its detections, annotated rows and mapped discs."""
         picture = read_picture(self.folder, self.log.image_names[step])
-        filtered = dict(self._filters)[label](picture).image
+        filtered = picture if look.status != "ok" else apply(dict(self._filters)[label], picture).image
         rows = self.log.steps[step][1]
         return draw(
             filtered,
@@ -183,10 +193,10 @@ def _look(setup: Setup, count: int, pool: Workers, progress: Progress) -> list[d
     return looks
 
 
-def _replay(task: tuple[dlr.DlrLog, SlamSettings, int, str]) -> replay.Replay:
-    log, settings, seed, label = task
-    result = replay.replay(log, settings, seed)
-    return replace(result, row=result.row | {"filter": label})
+def _replay(task: tuple[dlr.DlrLog, SlamSettings, str, str]) -> list[Replay]:
+    log, settings, backend, label = task
+    done = replay.replays(log, settings, backend, settings.seed)
+    return [replace(one, row=one.row | {"filter": label}) for one in done]
 
 
 def _localise(
@@ -195,20 +205,29 @@ def _localise(
     looks: list[dict[str, Looked]],
     pool: Workers,
     progress: Progress,
-) -> list[replay.Replay]:
+) -> list[Replay]:
     tasks = []
     for choice in study.filters:
         steps = tuple(
             (odometry, look[choice.label].observations)
             for (odometry, _), look in zip(log.steps, looks, strict=True)
         )
-        for names in product(study.backends, study.associations, study.observations):
-            settings = SlamSettings(*names, study.gate)
-            tasks.append((replace(log, steps=steps), settings, study.seed, choice.label))
-    done = []
+        for backend, association, observation in product(
+            study.backends, study.associations, study.observations
+        ):
+            settings = SlamSettings(
+                backend.name,
+                association,
+                observation,
+                study.gate,
+                seed=study.seed,
+                parameters=backend.parameters,
+            )
+            tasks.append((replace(log, steps=steps), settings, backend.label, choice.label))
+    done: list[Replay] = []
     with progress.stage("localise", len(tasks)) as advance:
-        for result in pool.map(_replay, tasks):
-            done.append(result)
+        for results in pool.map(_replay, tasks):
+            done += results
             advance(1)
     return done
 
@@ -225,6 +244,7 @@ def _row(study: DlrPicturesStudy, step: int, label: str, look: Looked) -> dict[s
         "landmarks_detected": look.scores.detected,
         "detections_true": look.scores.true,
         "filter_ms": look.filter_ms,
+        "status": look.status,
     }
 
 

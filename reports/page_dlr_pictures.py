@@ -8,6 +8,7 @@ from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.page_dlr import runs_table
 from reports.run import BASELINE, Run
 from reports.statistics import Estimate
+from reports.tables import failures
 from reports.wording import interval, number
 
 REAL = (
@@ -135,4 +136,4 @@ def _pictures(run: Run) -> tuple[Picture, ...]:
     return (*sheets, errors)
 
 
-KIND = Kind(compose, terminal_dlr_pictures.summary)
+KIND = Kind(compose, terminal_dlr_pictures.summary, failures)

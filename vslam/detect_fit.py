@@ -135,7 +135,7 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft, noise, max_
 def _patience(iteration):  # type: ignore[no-untyped-def]
     """Misfit over the believed one that a fit may still have: 5.5 at the start, 2.5 after four steps.
 
-    Chosen on the DLR pictures 0, 40, 80 …: fits that are believed in the end have 2.5 (the worst) at the start
+    Chosen on the DLR pictures 0, 40, 80 …: fits that are believed in the end have at most 2.5 at the start
     and 1.4 (99 in 100) after three steps; of the others, which are four in five, half have more than 3.
     """
     return 1.0 + 9.0 / (2.0 + iteration)
