@@ -132,7 +132,8 @@ def _(study: DlrPicturesStudy) -> None:
 
     _known("filter", _names_of(study), registry.names())
     _try_filters(study)
-    _try_backends(study.backends, product(study.associations, study.observations))
+    for choice in study.slam:
+        _try_backends([BackendChoice(name=choice.backend)], [(choice.association, choice.observation)])
 
 
 @check.register

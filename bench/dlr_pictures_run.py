@@ -7,7 +7,6 @@ import pickle
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 from math import nan
 from pathlib import Path
 
@@ -193,9 +192,9 @@ def _look(setup: Setup, count: int, pool: Workers, progress: Progress) -> list[d
     return looks
 
 
-def _replay(task: tuple[dlr.DlrLog, SlamSettings, str, str]) -> list[Replay]:
-    log, settings, backend, label = task
-    done = replay.replays(log, settings, backend, settings.seed)
+def _replay(task: tuple[dlr.DlrLog, SlamSettings, str]) -> list[Replay]:
+    log, settings, label = task
+    done = replay.replays(log, settings, settings.backend, settings.seed)
     return [replace(one, row=one.row | {"filter": label}) for one in done]
 
 
@@ -212,18 +211,11 @@ def _localise(
             (odometry, look[choice.label].observations)
             for (odometry, _), look in zip(log.steps, looks, strict=True)
         )
-        for backend, association, observation in product(
-            study.backends, study.associations, study.observations
-        ):
+        for slam in study.slam:
             settings = SlamSettings(
-                backend.name,
-                association,
-                observation,
-                study.gate,
-                seed=study.seed,
-                parameters=backend.parameters,
+                slam.backend, slam.association, slam.observation, slam.gate, seed=study.seed
             )
-            tasks.append((replace(log, steps=steps), settings, backend.label, choice.label))
+            tasks.append((replace(log, steps=steps), settings, choice.label))
     done: list[Replay] = []
     with progress.stage("localise", len(tasks)) as advance:
         for results in pool.map(_replay, tasks):

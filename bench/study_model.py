@@ -226,10 +226,7 @@ class DlrPicturesStudy(Part):
     calibrate_every: int = Field(20, ge=0)
     filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
-    backends: Backends = (BackendChoice(name="ekf"),)
-    associations: tuple[Name, ...] = Field(("annotated", "icnn"), min_length=1)
-    observations: tuple[Name, ...] = Field(("cartesian",), min_length=1)
-    gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
+    slam: tuple[SlamChoice, ...] = Field((SlamChoice(association="annotated"),), min_length=1)
 
     @model_validator(mode="after")
     def _pictures_left(self) -> DlrPicturesStudy:

@@ -16,7 +16,7 @@ from bench.sequences import dlr
 from bench.sequences.dlr_mount import PARAMETERS, calibrated
 from bench.sequences.dlr_pictures import mapped_discs, on_picture, read_picture, thinned
 from bench.study import load, parse
-from bench.study_model import DlrPicturesStudy
+from bench.study_model import DlrPicturesStudy, SlamChoice
 from reports import dlr_pictures, html
 from reports.run import load as load_run
 from vslam.detect import DiscDetector
@@ -190,7 +190,7 @@ def test_real_pictures_reach_recall_and_precision(dlr_folder, tmp_path):
     if not ((dlr_folder / "images").is_dir() and (dlr_folder / "camera.json").is_file()):
         pytest.skip("the log's folder has no pictures or no camera.json")
     study = load("dlr_pictures").model_copy(
-        update={"stride": 67, "calibrate_every": 60, "associations": ("annotated",)}
+        update={"stride": 67, "calibrate_every": 60, "slam": (SlamChoice(association="annotated"),)}
     )
     folder = run(study, RunOptions(out=tmp_path, data=dlr_folder), Silent(), report=html.build)
     stored = load_run(folder)
