@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -12,16 +13,12 @@ from torch.nn import functional
 
 from tools.guarded.network import OUTPUTS, SHARE_BIAS, GuardedNetwork, standardised
 from tools.guarded.pictures import Pictures
-from tools.guarded.samples import Sample, samples
+from tools.guarded.samples import Sample, Variation, samples
 
 TAU = 16
 """Grey levels that specular light must add for a pixel to count as highlight (the suite's default)."""
 
 BATCH = 4
-LEARNING_RATE = 4e-3
-LIGHT_WEIGHT = 4.0
-"""How much more a missed highlight costs than a false one: one pixel in twenty is highlight."""
-
 DISC_WEIGHT = 3.0
 """How much more a wrong call on a landmark's paint costs than elsewhere."""
 
@@ -29,15 +26,42 @@ UNSURE = 6
 """Grey levels about τ where a pixel is neither clearly highlight nor clearly none: it counts half."""
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A part of the training.
+
+    Attributes
+    ----------
+    scenes : int
+        Of each family.
+    floors : int
+        Plain floors besides (`tools.guarded.floors`).
+    epochs : int
+        How often each picture is seen.
+    rate : float
+        Highest learning rate.
+    light_weight : float
+        How much more a missed highlight costs than a false one; one pixel in twenty is highlight.
+    variation : Variation
+    """
+
+    scenes: int
+    floors: int
+    epochs: int
+    rate: float
+    light_weight: float
+    variation: Variation
+
+
 def train(
     network: GuardedNetwork,
     pictures: list[Pictures],
-    epochs: int,
-    rate: float,
+    stage: Stage,
     seed: int,
     report: Callable[[int, float], None],
 ) -> None:
     """Fit the network by AdamW with one cycle of learning rates (Smith & Topin 2018)."""
+    epochs, rate = stage.epochs, stage.rate
     network.train()
     steps = sum(len(scene.image) for scene in pictures) // BATCH
     optimiser = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-4)
@@ -45,9 +69,9 @@ def train(
         optimiser, rate, epochs=epochs, steps_per_epoch=steps, pct_start=0.15
     )
     for epoch in range(epochs):
-        stream, total = samples(pictures, np.random.default_rng([seed, epoch])), 0.0
+        stream, total = samples(pictures, np.random.default_rng([seed, epoch]), stage.variation), 0.0
         for _ in range(steps):
-            loss = _loss(network, *tensors(list(islice(stream, BATCH))))
+            loss = _loss(network, stage.light_weight, *tensors(list(islice(stream, BATCH))))
             optimiser.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
@@ -67,7 +91,9 @@ def tensors(batch: list[Sample]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     return image.contiguous() / 255, diffuse / 255, (full - diffuse).amax(1, keepdim=True), disc
 
 
-def _loss(network: GuardedNetwork, image: Tensor, diffuse: Tensor, added: Tensor, disc: Tensor) -> Tensor:
+def _loss(
+    network: GuardedNetwork, light_weight: float, image: Tensor, diffuse: Tensor, added: Tensor, disc: Tensor
+) -> Tensor:
     """Cross-entropy and overlap of the mask, squared error of the repair, as the metrics weigh them.
 
     All by cell, (N, values, 4 pixels, H/2, W/2), as the network answers.
@@ -79,7 +105,7 @@ def _loss(network: GuardedNetwork, image: Tensor, diffuse: Tensor, added: Tensor
         _by_cell(functional.pixel_unshuffle(x, 2)) for x in (image, diffuse, added, disc)
     )
     true = (added >= TAU).float()
-    weight = (1 + (LIGHT_WEIGHT - 1) * true) * (1 + (DISC_WEIGHT - 1) * disc)
+    weight = (1 + (light_weight - 1) * true) * (1 + (DISC_WEIGHT - 1) * disc)
     weight = weight * torch.where((added - TAU + 0.5).abs() < UNSURE, 0.5, 1.0)
     entropy = functional.binary_cross_entropy_with_logits(logit, true, weight)
     repaired = image * torch.sigmoid(-share - SHARE_BIAS)

@@ -21,7 +21,7 @@ from vslam.errors import VslamError
 MULTIPLE = 32
 """Five halvings."""
 
-USUAL_PIXELS = 320 * 240
+USUAL_PIXELS = 160 * 120
 """The size of picture that the network learned on; larger ones are shrunk by a whole number to about it."""
 
 
