@@ -33,7 +33,7 @@ STAGES = (
     Stage(
         scenes=4,
         floors=150,
-        epochs=28,
+        epochs=16,
         rate=3e-3,
         light_weight=2.0,
         variation=Variation(scales=(0.65, 1.5), scaled=0.6, matt=0.25, permuted=0.5),

@@ -96,8 +96,8 @@ def certain_regions(chance: NDArray[np.float32], guard: Guard) -> NDArray[np.boo
     """Regions of likely pixels, 8-connected, that hold a certain one and are large enough: (H, W) bool."""
     if not chance.max() > guard.certain:
         return np.zeros(chance.shape, dtype=np.bool_)
-    likely = cv2.compare(chance, guard.likely, cv2.CMP_GT)
-    count, labels = cv2.connectedComponents(likely, connectivity=8, ltype=cv2.CV_32S)
+    likely = chance > np.float32(guard.likely)
+    count, labels = cv2.connectedComponents(likely.view(np.uint8), connectivity=8, ltype=cv2.CV_32S)
     kept: NDArray[np.bool_] = _kept(labels, chance, count, guard.certain, guard.least)
     return kept
 

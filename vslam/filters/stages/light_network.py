@@ -67,7 +67,7 @@ class LightNetwork:
         """
         below, right = (-side % MULTIPLE for side in image.shape[:2])
         padded = cv2.copyMakeBorder(image, 0, below, 0, right, cv2.BORDER_REPLICATE)
-        self._net.setInput(standardised(padded))
+        self._net.setInput(standardised(np.asarray(padded, dtype=np.uint8)))
         logits: NDArray[np.float32] = self._net.forward()[0]
         return logits
 
@@ -86,10 +86,8 @@ def standardised(image: NDArray[np.uint8]) -> NDArray[np.float32]:
     means, spreads = cv2.meanStdDev(image)
     mean = float(means.mean())
     spread = float(np.sqrt(np.mean(spreads**2 + (means - mean) ** 2)))
-    blob: NDArray[np.float32] = cv2.dnn.blobFromImage(
-        image, 1.0 / (spread + 255.0 * LEAST_SPREAD), mean=(mean, mean, mean)
-    )
-    return blob
+    scale = 1.0 / (spread + 255.0 * LEAST_SPREAD)
+    return np.asarray(cv2.dnn.blobFromImage(image, scale, mean=(mean, mean, mean)), dtype=np.float32)
 
 
 def load(name: str) -> tuple[LightNetwork, dict[str, Any]]:
