@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
             settings = DetectorSettings(study.discs.min_radius_m, study.discs.max_radius_m)
             detect = DiscDetector(calibration(study.camera), settings)
             for trial in trials(family, chosen.split, number, chosen.poses, chosen.cache, **quality):
-                rows += _rows(trial, filters, detect)
+                rows += _rows(trial, _tried(filters, trial.matt), detect)
             print(f"{family} {number}: {len(rows)} rows", file=sys.stderr, flush=True)
     chosen.out.mkdir(parents=True, exist_ok=True)
     table = pd.DataFrame(rows)
@@ -67,6 +67,11 @@ def main(arguments: list[str] | None = None) -> int:
     (chosen.out / "report.md").write_text(text, encoding="utf-8")
     print(text)
     return 0
+
+
+def _tried(filters: dict[str, LightFilter], matt: bool) -> dict[str, LightFilter]:
+    """Pictures free of highlights are for our own filters, which promise to leave them alone."""
+    return {name: f for name, f in filters.items() if not matt or name in ("none", *OURS)}
 
 
 def _rows(trial: Trial, filters: dict[str, LightFilter], detect: DiscDetector) -> list[dict[str, object]]:
