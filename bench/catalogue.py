@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
+from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy
+from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -70,6 +72,13 @@ def studies() -> list[Entry]:
     return [Entry(name, study_files.load(name).title) for name in study_files.names()]
 
 
+def backends() -> list[Entry]:
+    """The SLAM back-ends, each with its first line."""
+    from vslam.slam_backend import backends as known
+
+    return [Entry(name, (known.get(name).__doc__ or "").strip().split("\n")[0]) for name in known.names()]
+
+
 def layouts() -> list[Entry]:
     """The layouts of data sets."""
     from bench.datasets import layout
@@ -77,7 +86,8 @@ def layouts() -> list[Entry]:
     return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
-def check(study: RenderedStudy | DlrStudy) -> None:
+@singledispatch
+def check(study: Study) -> None:
     """Refuse unknown names before anything is rendered.
 
     Raises
@@ -86,22 +96,49 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
         with near names.
     """
+    raise TypeError(f"no check for studies of the kind {study.sequence!r}")
+
+
+@check.register
+def _(study: RenderedStudy) -> None:
     from vslam.filters import registry
     from vslam.slam import SlamSettings
 
-    if isinstance(study, RenderedStudy):
-        if study.scene.file is None:
-            _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-        _known("filter", _names_of(study), registry.names())
-        _try_filters(study)
-        _try_lights(study)
-        SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
-    else:
-        for association, observation in product(study.associations, study.observations):
-            SlamSettings(study.backend, association, observation, study.gate)
+    if study.scene.file is None:
+        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+    _try_lights(study)
+    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
 
 
-def _names_of(study: RenderedStudy) -> list[str]:
+@check.register
+def _(study: PairsStudy) -> None:
+    from vslam.filters import registry
+
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+
+
+@check.register
+def _(study: DlrStudy) -> None:
+    _try_backends(study.backends, product(study.associations, study.observations))
+
+
+@check.register
+def _(study: DriveStudy) -> None:
+    _try_backends(study.backends, [("annotated", study.observation)])
+
+
+def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, str]]) -> None:
+    """Build each back-end, so that a wrong name or parameter costs no run."""
+    from vslam.slam import Slam, SlamSettings
+
+    for choice, (association, observation) in product(choices, list(forms)):
+        Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
+
+
+def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
     """Of the filters that are chosen by a registered name, not by class or file."""
     from vslam.filters import discovery
 
@@ -109,7 +146,7 @@ def _names_of(study: RenderedStudy) -> list[str]:
     return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
 
 
-def _try_filters(study: RenderedStudy) -> None:
+def _try_filters(study: RenderedStudy | PairsStudy) -> None:
     """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

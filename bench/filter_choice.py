@@ -18,6 +18,7 @@ from vslam.filters import discovery, registry
 
 _NAME = re.compile(r"^[a-z0-9][a-z0-9_-]*$")
 BASELINE = "none"
+ALL = "all"
 
 
 def _filter_name(name: str) -> str:
@@ -63,6 +64,8 @@ def _plain(text: str) -> str:
 
 def _swept(filters: Any) -> Any:
     """A parameter with a list of values, where it takes one value, stands for one filter for each of them."""
+    if filters == ALL:
+        filters = list(registry.names())
     if not isinstance(filters, list | tuple):
         return filters
     return [variant for choice in filters for variant in _variants(choice)]
@@ -133,4 +136,5 @@ Filters = Annotated[
     AfterValidator(_none_first),
     AfterValidator(_labels_differ),
 ]
-"""A study's filters: sweeps written out, doing nothing first, each with a label of its own."""
+"""A study's filters, or "all" that are registered: sweeps written out, doing nothing first, each with a label
+of its own."""

@@ -23,6 +23,8 @@ from bench.tables import Row, read_table, to_table
 if TYPE_CHECKING:
     import pandas as pd
 
+    from vslam.occupancy import OccupancyGrid
+
 
 class RunFolder:
     """The folder of one run while it is being written; use it in a ``with`` block.
@@ -90,11 +92,11 @@ class RunFolder:
 
     def write_frames(self, rows: Iterable[Row]) -> Path:
         """Write ``frames.parquet``; every row has exactly the columns of `bench.schema.FRAME_COLUMNS`."""
-        return self._write_table("frames.parquet", rows, FRAME_COLUMNS)
+        return self.write_table("frames.parquet", rows, FRAME_COLUMNS)
 
     def write_runs(self, rows: Iterable[Row]) -> Path:
         """Write ``runs.parquet``; every row has exactly the columns of `bench.schema.RUN_COLUMNS`."""
-        return self._write_table("runs.parquet", rows, RUN_COLUMNS)
+        return self.write_table("runs.parquet", rows, RUN_COLUMNS)
 
     def write_trajectory(self, name: str, stamps: ArrayLike, poses: ArrayLike) -> Path:
         """Write ``trajectories/<name>.tum``: stamp, position and quaternion (x y z w) in each line.
@@ -116,7 +118,16 @@ class RunFolder:
         lines = tum_lines(stamps, poses, name)
         return self.write_text(f"trajectories/{name}.tum", "".join(f"{line}\n" for line in lines))
 
-    def _write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
+    def write_map(self, name: str, grid: OccupancyGrid) -> None:
+        """Write ``maps/<name>.yaml`` and ``.pgm``, as nav2's ``map_server`` reads them."""
+        from bench import map_server
+
+        (self.path / "maps").mkdir(exist_ok=True)
+        for file, content in map_server.files(grid, name).items():
+            (self.path / "maps" / file).write_bytes(content)
+
+    def write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
+        """Write a table whose rows have exactly the columns of ``columns``, as Parquet."""
         import pyarrow.parquet as pq
 
         target = self.path / name

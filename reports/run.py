@@ -12,6 +12,7 @@ import numpy as np
 
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
 from reports.errors import ReportError
+from reports.kind import kind_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -51,9 +52,9 @@ class Run:
     filters: tuple[str, ...]
 
     @property
-    def is_dlr(self) -> bool:
-        """Whether the run replays the DLR log."""
-        return self.study.get("sequence") == "dlr"
+    def sequence(self) -> str:
+        """The kind of study (`reports.kind`)."""
+        return str(self.study.get("sequence"))
 
     @property
     def title(self) -> str:
@@ -92,11 +93,11 @@ def load(folder: Path) -> Run:
     if not folder.is_dir():
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
-    is_dlr = study.get("sequence") == "dlr"
-    runs = _table(folder / "runs.parquet", RUN_COLUMNS)
-    frames = _frames(folder / "frames.parquet", optional=is_dlr)
+    filtered = kind_of(str(study.get("sequence"))).filtered
+    runs = read_table(folder / "runs.parquet", RUN_COLUMNS)
+    frames = _frames(folder / "frames.parquet", optional=not filtered)
     filters = _filter_order(study, frames, runs)
-    if not is_dlr and BASELINE not in filters:
+    if filtered and BASELINE not in filters:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )
@@ -144,7 +145,7 @@ def _text(path: Path) -> str:
 def _frames(path: Path, *, optional: bool) -> DataFrame:
     if optional and not path.exists():
         return _empty(FRAME_COLUMNS)
-    frames = _table(path, FRAME_COLUMNS)
+    frames = read_table(path, FRAME_COLUMNS)
     if frames.empty and not optional:
         raise _damaged(path, "has no rows")
     return frames
@@ -156,7 +157,14 @@ def _empty(columns: dict[str, str]) -> DataFrame:
     return pd.DataFrame({name: pd.Series(dtype=np.dtype(object)) for name in columns})
 
 
-def _table(path: Path, columns: dict[str, str]) -> DataFrame:
+def read_table(path: Path, columns: dict[str, str]) -> DataFrame:
+    """Read a Parquet file of the run folder and check its columns and types.
+
+    Raises
+    ------
+    ReportError
+        When it is missing or damaged.
+    """
     import pandas as pd
     import pyarrow as pa
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from vslam.errors import VslamError
 from vslam.filters import create
+from vslam.filters.stages.exposure_fusion import fused
 from vslam.filters.stages.srgb import decode, encode
 
 ENHANCERS = ("clahe", "exposure_fusion", "gamma", "retinex")
@@ -63,13 +65,23 @@ def test_the_wide_surround_is_the_gaussian_that_it_stands_for() -> None:
     np.testing.assert_allclose(_surround(levels.astype(np.float32), 40.0), expected, rtol=0.05)
 
 
+@pytest.mark.parametrize("shape", [(48, 64), (31, 77), (1, 5), (2, 3)])
+def test_fusion_is_opencvs(shape: tuple[int, int]) -> None:
+    small = np.random.default_rng(3).uniform(0, 1, (8, 8, 3)).astype(np.float32)
+    picture = cv2.resize(small, shape[::-1], interpolation=cv2.INTER_CUBIC).clip(0, 1)
+    bracket = [encode(picture * np.float32(2.0**stop)) for stop in (-2, 0, 2)]
+    expected = cv2.createMergeMertens(1.0, 1.0, 1.0).process(bracket)
+    # where all weights are nearly 0, their last bits decide
+    np.testing.assert_allclose(fused(bracket), expected.clip(0, 1), atol=2e-3)
+
+
 def test_fusion_lifts_what_is_dark_and_lowers_what_is_bright() -> None:
     picture = np.full((64, 96, 3), 0.01, dtype=np.float32)
     picture[:, 48:] = 0.9
-    fused = create("exposure_fusion", stops=3)(picture).image
-    assert fused[:, :40].mean() > 0.015
-    assert fused[:, 56:].mean() < 0.85
-    assert encode(fused).max() < 255
+    result = create("exposure_fusion", stops=3)(picture).image
+    assert result[:, :40].mean() > 0.015
+    assert result[:, 56:].mean() < 0.85
+    assert encode(result).max() < 255
 
 
 @pytest.mark.parametrize(

@@ -128,3 +128,22 @@ def test_choices_without_meaning_are_refused(name: str, parameters: dict[str, ob
     with pytest.raises(VslamError, match=said) as caught:
         create(name, **parameters)
     assert "\n" not in str(caught.value)
+
+
+def test_the_seed_calls_white_paint_a_highlight() -> None:
+    # the known weak point (the landmarks are white discs); the per-pixel variant masks it but leaves it white
+    image = np.full((120, 160, 3), (110, 80, 50), dtype=np.uint8)
+    rows, columns = np.mgrid[:120, :160]
+    disc = (rows - 60) ** 2 + (columns - 80) ** 2 < 25**2
+    image[disc] = 220
+    seed, per_pixel = create("seed")(image), create("seed_per_pixel")(image)
+    assert seed.mask[60, 80]
+    assert per_pixel.mask[60, 80]
+    assert seed.image[60, 80].max() == 0
+    np.testing.assert_array_equal(per_pixel.image, image)
+
+
+def test_the_score_orders_pixels_as_the_mask_cuts_them() -> None:
+    image = np.random.default_rng(4).integers(0, 256, (12, 16, 3), dtype=np.uint8)
+    result = create("seed")(np.kron(image, np.ones((20, 20, 1), dtype=np.uint8)))
+    assert result.score[result.mask].min() > result.score[~result.mask].max()

@@ -176,6 +176,15 @@ def test_shen_and_cai_is_exact_for_an_even_highlight_on_an_even_surface() -> Non
     np.testing.assert_allclose(found, diffuse, atol=1e-5)
 
 
+def test_shen_and_cai_count_shading_by_the_darkest_channel() -> None:
+    # a surface 0.08 brighter under the highlight: 0.048 in red, 0.012 in blue, which is the error that stays
+    rows, columns = np.mgrid[:60, :80]
+    disc = ((rows - 30) ** 2 + (columns - 40) ** 2 < 100)[..., None]
+    diffuse = RED * (0.8 + 0.08 * disc)
+    found = diffuse_by_offset((diffuse + 0.3 * disc).astype(np.float32))
+    np.testing.assert_allclose(found, diffuse - 0.012 * disc, atol=1e-5)
+
+
 def test_shen_and_cai_darken_pale_surfaces() -> None:
     # the known weak point: two walls, the paler one lies above the threshold and is called specular
     picture = np.full((40, 80, 3), 0.2, dtype=np.float32)

@@ -1,6 +1,6 @@
 """Phase 3, the light filter: a picture in; the repaired picture and the mask of what light spoiled out.
 
-One file per stage of the dissertation's filter (eqs. 3-2 … 3-5), one class per registered filter.
+One file per filter or family of them; what they compute lies in `stages`, one idea a file.
 A module put into this folder that uses :func:`register` is found by name without further ado.
 """
 

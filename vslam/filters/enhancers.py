@@ -129,11 +129,9 @@ class Retinex:
 
     def __call__(self, image: NDArray[np.uint8]) -> Filtered:
         """Enhance."""
-        import cv2
-
         check_picture(image)
         levels = image.astype(np.float32) + np.float32(1.0)  # log 0 is none
-        response = cv2.log(levels) - cv2.log(_surround(levels, self.sigma))
+        response = np.log(levels) - np.log(_surround(levels, self.sigma))
         middle, spread = float(response.mean()), 3.0 * float(response.std())
         if spread < 1e-4:  # nothing to see: a picture of one value
             return _everywhere(image.copy())
@@ -144,7 +142,7 @@ class Retinex:
 @register(
     "exposure_fusion",
     summary="fuses a bracket made from the one picture; detects nothing",
-    source="Mertens, Kautz & Van Reeth 2007, Pacific Graphics (OpenCV); the bracket is computed, not taken",
+    source="Mertens, Kautz & Van Reeth 2007, Pacific Graphics, eqs. 1 … 4; the bracket is computed",
 )
 @dataclass(frozen=True)
 class ExposureFusion:
@@ -169,6 +167,7 @@ class ExposureFusion:
     stops: float = 2.0
 
     def __post_init__(self) -> None:
+        from vslam.filters.stages.exposure_fusion import fused  # noqa: F401
         from vslam.filters.stages.srgb import encode  # noqa: F401
 
         if not 0.0 < self.stops <= 8.0:
@@ -176,14 +175,12 @@ class ExposureFusion:
 
     def __call__(self, image: NDArray[np.float32]) -> Filtered:
         """Enhance."""
-        import cv2
-
+        from vslam.filters.stages.exposure_fusion import fused
         from vslam.filters.stages.srgb import decode_exactly, encode
 
         check_picture(image, self.wants)
         bracket = [encode(image * np.float32(2.0**stop)) for stop in (-self.stops, 0.0, self.stops)]
-        fused = np.clip(np.nan_to_num(cv2.createMergeMertens().process(bracket)), 0.0, 1.0)
-        return _everywhere(decode_exactly(fused).astype(np.float32))
+        return _everywhere(decode_exactly(fused(bracket)).astype(np.float32))
 
 
 def _surround(levels: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:

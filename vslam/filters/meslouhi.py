@@ -44,6 +44,7 @@ class Meslouhi2011:
 
     def __post_init__(self) -> None:
         from vslam.filters.stages.detected import check_repair
+        from vslam.filters.stages.luminance_chromaticity import luminance_over_chromaticity  # noqa: F401
 
         check_repair(self.name, self.repair)
 
@@ -54,4 +55,4 @@ class Meslouhi2011:
 
         check_picture(image)
         excess = luminance_over_chromaticity(image)
-        return detected(image, excess >= 0.0, (excess + 1.0) / 2.0, self.repair)
+        return detected(image, excess >= 0.0, (excess + np.float32(1.0)) / np.float32(2.0), self.repair)

@@ -38,7 +38,9 @@ class FilterParameter:
 
 def parameters_of(factory: Callable[..., Any]) -> tuple[FilterParameter, ...]:
     """The parameters that a class, or another callable that builds a filter, can be given by name."""
-    meanings = _meanings(inspect.getdoc(factory) or "")
+    meanings: dict[str, str] = {}
+    for one in reversed(inspect.getmro(factory) if isinstance(factory, type) else (factory,)):
+        meanings |= _meanings(inspect.cleandoc(one.__doc__ or ""))
     by_name = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     return tuple(
         FilterParameter(p.name, _type(p.annotation), p.default, meanings.get(p.name, ""))

@@ -41,5 +41,16 @@ def detected(
     """
     if repair == "none" or not mask.any() or mask.all():
         return Filtered(image.copy(), mask, score)
-    filled = cv2.inpaint(np.ascontiguousarray(image), mask.view(np.uint8), RADIUS, cv2.INPAINT_TELEA)
-    return Filtered(np.asarray(filled, dtype=np.uint8), mask, score)
+    return Filtered(_inpainted(image, mask), mask, score)
+
+
+def _inpainted(image: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    # of pictures one pixel high or wide OpenCV reads memory beside them: the border is repeated around all
+    around = (1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    filled = cv2.inpaint(
+        cv2.copyMakeBorder(image, *around),
+        cv2.copyMakeBorder(mask.view(np.uint8), *around),
+        RADIUS,
+        cv2.INPAINT_TELEA,
+    )
+    return np.ascontiguousarray(filled[1:-1, 1:-1])

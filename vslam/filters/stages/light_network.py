@@ -50,7 +50,9 @@ class LightNetwork:
         try:
             self._net = cv2.dnn.readNetFromONNX(buffer, *engine)
         except cv2.error as error:
-            raise VslamError(f"light filter 'guarded': its weights cannot be read by OpenCV ({error.err})") from None
+            raise VslamError(
+                f"light filter 'guarded': its weights cannot be read by OpenCV ({error.err})"
+            ) from None
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Logits of a picture.

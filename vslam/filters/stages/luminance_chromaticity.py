@@ -4,14 +4,9 @@ inpainting of specular reflections for colposcopic images", Cent. Eur. J. Comp. 
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-
-# linear sRGB to CIE XYZ, IEC 61966-2-1
-_TO_XYZ = np.array(
-    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]], dtype=np.float32
-)
 
 
 def luminance_over_chromaticity(image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -21,15 +16,31 @@ def luminance_over_chromaticity(image: NDArray[np.uint8]) -> NDArray[np.float32]
     colour; then Y and y = Y / (X + Y + Z) are those of the scaled colour. Black has no chromaticity and
     gives −1.
     """
-    codes = image.astype(np.float32) / np.float32(255.0)
-    largest = codes.max(axis=2)
-    share = codes.min(axis=2) / np.maximum(largest, np.float32(1e-6))
-    scaled = codes * share[..., None]
-    # the exact table needs codes; scaled values are none
-    linear = np.where(scaled <= 0.04045, scaled / 12.92, cv2.pow((scaled + 0.055) / 1.055, 2.4))
-    xyz = cv2.transform(linear.astype(np.float32), _TO_XYZ)
-    total = xyz.sum(axis=2)
-    coloured = total > 1e-6
-    luminance = xyz[..., 1]
-    chromaticity = np.divide(luminance, total, out=np.ones_like(total), where=coloured)
-    return np.asarray(np.clip(luminance - chromaticity, -1.0, 1.0), dtype=np.float32)
+    excess: NDArray[np.float32] = _excess(np.ascontiguousarray(image))
+    return excess
+
+
+@njit("float64(float64)", cache=True)
+def _linear(encoded):  # type: ignore[no-untyped-def]
+    """IEC 61966-2-1 by the formula: the scaled values are no codes."""
+    return encoded / 12.92 if encoded <= 0.04045 else ((encoded + 0.055) / 1.055) ** 2.4
+
+
+@njit("float32[:, ::1](Array(uint8, 3, 'C', readonly=True))", cache=True)
+def _excess(image):  # type: ignore[no-untyped-def]
+    height, width = image.shape[:2]
+    excess = np.full((height, width), -1.0, dtype=np.float32)
+    for row in range(height):
+        for column in range(width):
+            codes = image[row, column]
+            largest = max(codes[0], codes[1], codes[2])
+            smallest = min(codes[0], codes[1], codes[2])
+            if smallest == 0:  # scaled to black
+                continue
+            share = smallest / largest / 255.0
+            red, green, blue = _linear(share * codes[0]), _linear(share * codes[1]), _linear(share * codes[2])
+            # linear sRGB to CIE XYZ, IEC 61966-2-1: Y, and X + Y + Z
+            luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+            total = 0.6443 * red + 1.1920 * green + 1.2032 * blue
+            excess[row, column] = luminance - luminance / total
+    return excess

@@ -67,7 +67,7 @@ def repair(image: NDArray[np.uint8], choices: Choices) -> Filtered:
     Filtered
         With the dark channel over 255 as the score: the soft value that the mask is cut from.
     """
-    image = np.require(image, requirements=["C", "W"])  # the layout that the kernels take
+    image = np.ascontiguousarray(image)
     transfer = SRGB if choices.linear else PROPORTIONAL
     dark, mask = detect(image, choices.patch, choices.threshold)
     lambda_max = _chromaticity(image, mask, choices, transfer)
@@ -86,10 +86,11 @@ def detect(
 
 def _chromaticity(
     image: NDArray[np.uint8], mask: NDArray[np.bool_], choices: Choices, transfer: Transfer
-) -> NDArray[np.float32]:
-    """Λmax, (H, W) float32."""
+) -> float | NDArray[np.float32]:
+    """Λmax: one, or (H, W) float32."""
     if choices.chromaticity == PER_PIXEL:
         return propagated_chromaticity(transfer.decode(image), choices.passes)
     free = highlight_free(mask, choices.patch)
-    lambda_max = picture_chromaticity(image, free, QUANTILES[choices.chromaticity], transfer.decoded)
-    return np.full(mask.shape, lambda_max, dtype=np.float32)
+    quantile = QUANTILES[choices.chromaticity]
+    every = 2 if 0.0 < quantile < 1.0 else 1
+    return picture_chromaticity(image, free, quantile, transfer.decoded, every)

@@ -21,12 +21,15 @@ class Transfer:
         Light 0…1 of each code.
     code_at_bin : (4097,) uint8
         The code at the lower end of each bin of light.
+    next_in_bin : (4097,) float32
+        Light at which the code after that one begins.
     boundaries : (257,) float64
         Light at which each code begins.
     """
 
     decoded: NDArray[np.float32]
     code_at_bin: NDArray[np.uint8]
+    next_in_bin: NDArray[np.float32]
     boundaries: NDArray[np.float64]
 
     def decode(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -36,12 +39,11 @@ class Transfer:
 
 def _proportional() -> Transfer:
     boundaries = np.concatenate([[-np.inf], (np.arange(1, 256) - 0.5) / 255.0, [np.inf]])
-    bins = np.linspace(0.0, 1.0, srgb.CODE_AT_BIN.size)
-    code_at_bin = np.searchsorted(boundaries, bins, side="right") - 1
-    return Transfer((np.arange(256) / 255.0).astype(np.float32), code_at_bin.astype(np.uint8), boundaries)
+    decoded = (np.arange(256) / 255.0).astype(np.float32)
+    return Transfer(decoded, *srgb.encoding_tables(boundaries), boundaries)
 
 
-SRGB = Transfer(srgb.DECODED, srgb.CODE_AT_BIN, srgb.BOUNDARIES)
+SRGB = Transfer(srgb.DECODED, srgb.CODE_AT_BIN, srgb.NEXT_IN_BIN, srgb.BOUNDARIES)
 """IEC 61966-2-1: codes are linearised."""
 PROPORTIONAL = _proportional()
 """Codes taken for light as they are: what a program does that forgets to linearise."""
