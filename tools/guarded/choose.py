@@ -14,8 +14,8 @@ from tools.guarded.train import TAU
 from vslam.filters.stages.light_guard import Guard, certain_regions, highlight_chance
 from vslam.filters.stages.light_network import LightNetwork
 
-LIKELY = (0.4, 0.5, 0.6, 0.7, 0.8)
-CERTAIN = (0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.998)
+LIKELY = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+CERTAIN = (0.9, 0.98, 0.99, 0.993, 0.995, 0.997, 0.998, 0.999)
 LEAST = (4, 16, 48)
 MASKED_WITHOUT_LIGHT = 0.001
 """Of the pixels of pictures free of highlights: half of what is allowed on scenes never seen."""

@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
         for family in chosen.families:
             study = study_of(family, chosen.split, number)
             settings = DetectorSettings(study.discs.min_radius_m, study.discs.max_radius_m)
-            detect = DiscDetector(calibration(study.camera), settings)
+            detect = DiscDetector(calibration(study), settings)
             for trial in trials(family, chosen.split, number, chosen.poses, chosen.cache, **quality):
                 rows += _rows(trial, _tried(filters, trial.matt), detect)
             print(f"{family} {number}: {len(rows)} rows", file=sys.stderr, flush=True)

@@ -38,14 +38,6 @@ STAGES = (
         light_weight=2.0,
         variation=Variation(scales=(0.65, 1.5), scaled=0.6, matt=0.25, permuted=0.5),
     ),
-    Stage(
-        scenes=4,
-        floors=150,
-        epochs=18,
-        rate=3e-3,
-        light_weight=1.5,
-        variation=Variation(scales=(0.65, 1.5), scaled=0.6, matt=0.4, permuted=0.5),
-    ),
 )
 """First highlights, each weighed four times, so that the network does not settle for finding none; then,
 on more scenes and more varied pictures, what is none."""

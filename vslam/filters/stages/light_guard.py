@@ -82,7 +82,11 @@ def guarded(image: NDArray[np.uint8], network: LightNetwork, guard: Guard) -> Fi
     if factor == 1:
         return Filtered(_reduced(image, regions, logits, _LOGISTIC), regions, score)
     kept = _enlarged(_kept_shares(regions, logits, _LOGISTIC), height, width)
-    mask = _enlarged(regions.astype(np.float32), height, width) >= 0.5
+    # a region's border runs where the enlarged chance says, which is smoother than its pixels enlarged
+    around = cv2.dilate(regions.view(np.uint8), np.ones((3, 3), dtype=np.uint8))
+    mask = (_enlarged(chance * around, height, width) > np.float32(guard.likely)) & (
+        cv2.resize(around, (width, height), interpolation=cv2.INTER_NEAREST) > 0
+    )
     return Filtered(_scaled(image, mask, kept), mask, score)
 
 
