@@ -2,9 +2,10 @@
 
 import gtsam
 import numpy as np
+import pandas as pd
 import pytest
 
-from bench import g2o
+from bench import cli, g2o
 from bench.errors import BenchError
 from bench.sequences.landmark_log import load
 from vslam.frame import Observations, Odometry
@@ -121,3 +122,50 @@ def test_what_is_wrong_is_one_line(tmp_path, text, expected):
 def test_a_missing_file_is_one_line(tmp_path):
     with pytest.raises(BenchError, match="cannot be read"):
         load(tmp_path / "none.g2o")
+
+
+def study(tmp_path, path) -> str:
+    text = (
+        "sequence: drives\nname: mine\nbackends: [ekf, ekf_fej, graph]\nseeds: 1\n"
+        f"drives: [{{source: file, path: {path}, name: mine}}]\n"
+    )
+    (tmp_path / "mine.yaml").write_text(text)
+    return str(tmp_path / "mine.yaml")
+
+
+@pytest.mark.parametrize("form", ["g2o", "victoria park"])
+def test_a_study_runs_on_a_file(tmp_path, form):
+    path, steps, _ = exported(tmp_path)
+    if form == "victoria park":
+        path = tmp_path / "park.txt"
+        path.write_text(as_victoria_park(steps))
+    options = ["--study", study(tmp_path, path), "--out", str(tmp_path / "results"), "--workers", "1"]
+    assert cli.execute(["run", *options]) == 0
+    runs = pd.read_parquet(tmp_path / "results" / "latest" / "runs.parquet")
+    assert set(runs["backend"]) == {"ekf", "ekf_fej", "graph", "graph_smoothed"}
+    assert (runs["status"] == "ok").all() and (runs["landmarks_mapped"] == 4).all()
+    assert (runs["rmse_m"] < 0.05).all()  # of the log's own solution, both times
+    written = sorted((tmp_path / "results" / "latest" / "g2o").glob("*.g2o"))
+    assert len(written) == 4 and len(load(written[0]).steps) == len(steps) + 2
+
+
+def as_victoria_park(steps) -> str:
+    def upper(matrix):
+        return " ".join(f"{v:.9g}" for v in matrix[np.triu_indices(len(matrix))])
+
+    lines = []
+    for k, (odometry, seen) in enumerate(steps):
+        moved = " ".join(f"{v:.9g}" for v in odometry.delta)
+        lines.append(f"ODOMETRY {k} {k + 1} {moved} {upper(odometry.covariance)}")
+        for point, covariance, number in zip(seen.points, seen.covariances, seen.ids, strict=True):
+            lines.append(
+                f"LANDMARK {k + 1} {1000 + number} {point[0]:.9g} {point[1]:.9g} {upper(covariance)}"
+            )
+    return "\n".join(lines)
+
+
+def test_a_bad_file_of_a_study_is_one_line(tmp_path, capsys):
+    (tmp_path / "bad.g2o").write_text("NOTHING 1\n")
+    options = ["--study", study(tmp_path, tmp_path / "bad.g2o"), "--out", str(tmp_path / "results")]
+    assert cli.execute(["run", *options, "--workers", "1"]) == 2
+    assert "line 1: unknown tag 'NOTHING'" in capsys.readouterr().err.splitlines()[-1]
