@@ -1,0 +1,295 @@
+"""Recognising a place by its discs: rigid alignment of one set of points with another, a contrario.
+
+Discs look alike, so a place is known by the distances between its discs alone. Each pair of query discs is laid on
+each pair of reference discs of the same distance; the alignment that this gives is judged by how many of the other query
+discs then fall close to a reference disc.
+
+How many are enough is no constant to choose. Were the discs scattered at random, a query disc would fall within r of a
+reference disc with probability p(r) = λ π r², λ the density of reference discs. So among N alignments tried,
+
+    NFA = N · (n − 2) · P(Binomial(n − 2, p(r)) ≥ k)
+
+of them or fewer would find k discs within r by accident: the *number of false alarms* (Moisan & Stival 2004; with the r that
+makes it smallest, hence the factor n − 2 for the choice of r). A place is recognised when that number is far
+below one. What the model of randomness cannot see, a building that repeats itself, shows as several alignments: all of
+them are returned, and who asked has to choose or to refuse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.special import gammaln
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+LENGTH_TOLERANCE_M = 0.15
+"""Two sights of one distance: four discs of 0.045 m (the DLR log's stated σ of one sight) differ by 0.09 m (σ) if each
+was seen once; discs that count were seen three times or more, which makes this three σ."""
+
+SHORTEST_M, LONGEST_M = 1.5, 8.0
+"""Distances of pairs: shorter ones give no direction, longer ones bend with the track."""
+
+LARGEST_R_M = 0.3
+"""No alignment is so vague that r should grow further."""
+
+SMALLEST_R_M = 0.03
+"""Nor so exact: a chance coincidence must not count as if discs were known to the millimetre."""
+
+_MOST = 128
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """A way to lay the query on the reference.
+
+    Attributes
+    ----------
+    log_nfa : float
+        log10 of the number of false alarms.
+    turn : float
+        Rotation, rad in (−π, π].
+    shift : (2,) float64
+        Translation of the query's centroid, metres.
+    query, reference : (k,) int64
+        The discs that coincide.
+    """
+
+    log_nfa: float
+    turn: float
+    shift: FloatArray
+    query: IntArray
+    reference: IntArray
+
+
+def density(points: FloatArray) -> float:
+    """λ of discs per m²: of a square lattice whose spacing is the mean distance to the nearest neighbour.
+
+    Scattered discs are a quarter as dense at the same mean distance (Clark & Evans 1954), so p(r) errs on the safe
+    side by up to a factor of four.
+    """
+    if len(points) < 2:
+        return 1.0
+    return float(1.0 / np.mean(cKDTree(points).query(points, k=2)[0][:, 1]) ** 2)
+
+
+def recognise(query: FloatArray, reference: FloatArray, log_limit: float = 0.0) -> list[Alignment]:
+    """All ways to lay the query on the reference that would happen less than 10^``log_limit`` times by accident.
+
+    Parameters
+    ----------
+    query : (n, 2) float64
+        Metres, any frame.
+    reference : (m, 2) float64
+        Metres, any frame.
+    log_limit : float
+        log10 of the largest number of false alarms.
+
+    Returns
+    -------
+    list of Alignment
+        The most significant one first. Of alignments that lay the query on nearly the same place, only the best.
+    """
+    query, reference = query[:_MOST], np.ascontiguousarray(reference)
+    if len(query) < 4 or len(reference) < 4:
+        return []
+    pairs, lengths = _pairs(reference)
+    order = np.argsort(lengths, kind="stable")
+    origin, cells = _grid(reference)
+    found, tried = _search(
+        np.ascontiguousarray(query), reference, pairs[order], lengths[order], origin, cells, density(reference),
+        _log_binomials(len(query)), log_limit,
+    )  # fmt: skip
+    penalty = np.log10(max(tried, 1) * max(len(query) - 2, 1))
+    kept: list[Alignment] = []
+    for row in found[np.argsort(found[:, 0], kind="stable")]:
+        if row[0] + penalty > log_limit:
+            break
+        if any(_same_place(row, other, query) for other in kept):
+            continue
+        kept.append(_refined(query, reference, row, float(row[0] + penalty)))
+    return kept
+
+
+def in_place(query: FloatArray, reference: FloatArray) -> Alignment | None:
+    """The alignment that moves nothing, or as little as the nearest discs ask for: one test, so N = 1.
+
+    Returns
+    -------
+    Alignment or None
+        None where fewer than two discs have a partner.
+    """
+    if not len(query) or len(reference) < 2:
+        return None
+    turn, shift = 0.0, np.zeros(2)
+    tree, radius = cKDTree(reference), LARGEST_R_M
+    best: Alignment | None = None
+    for _ in range(3):
+        moved = _moved(query, turn, shift)
+        distance, nearest = tree.query(moved)
+        log_nfa, radius = _best_radius(np.sort(distance), len(query), density(reference), 0)
+        a, b = _mutual(distance, nearest, radius)
+        if len(a) < 2:
+            break
+        turn, shift = _rigid(query, a, reference[b])
+        if best is None or log_nfa + np.log10(len(query)) < best.log_nfa:
+            best = Alignment(log_nfa + np.log10(len(query)), turn, shift, a, b)
+    return best
+
+
+def _pairs(points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Ordered pairs of points at usable distances, (p, 2), and their lengths."""
+    pairs = cKDTree(points).query_pairs(LONGEST_M + LENGTH_TOLERANCE_M, output_type="ndarray").astype(np.int64)
+    pairs = np.vstack([pairs, pairs[:, ::-1]])
+    lengths = np.hypot(*(points[pairs[:, 1]] - points[pairs[:, 0]]).T)
+    usable = lengths > SHORTEST_M - LENGTH_TOLERANCE_M
+    return pairs[usable], lengths[usable]
+
+
+def _grid(points: FloatArray) -> tuple[FloatArray, IntArray]:
+    """The point nearest to the centre of each cell of 0.1 m, −1 where none is near."""
+    size, margin = 0.1, LARGEST_R_M + 0.1
+    origin = points.min(axis=0) - margin
+    shape = np.ceil((points.max(axis=0) + margin - origin) / size).astype(int)
+    cells = np.full(shape, -1, dtype=np.int64)
+    centres = origin + (np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1) + 0.5) * size
+    distance, nearest = cKDTree(points).query(centres, distance_upper_bound=margin)
+    cells[np.isfinite(distance)] = nearest[np.isfinite(distance)]
+    return origin, cells
+
+
+def _log_binomials(n: int) -> FloatArray:
+    """log10 of n − 2 over k, for k = 0 … n − 2."""
+    k = np.arange(max(n - 1, 1))
+    return (gammaln(n - 1) - gammaln(k + 1) - gammaln(n - 1 - k)) / np.log(10.0)
+
+
+@njit(cache=True)
+def _search(
+    query: FloatArray,
+    reference: FloatArray,
+    pairs: IntArray,
+    lengths: FloatArray,
+    origin: FloatArray,
+    cells: IntArray,
+    density: float,
+    log_binomials: FloatArray,
+    log_limit: float,
+) -> tuple[FloatArray, int]:
+    """Rows (log10 of the binomial tail, cos, sin, x, y, r) of alignments that may be significant, and N."""
+    n = len(query)
+    rows = np.empty((20_000, 6))
+    count, tried = 0, 0
+    squares = np.empty(n)
+    for a in range(n):
+        for b in range(a + 1, n):
+            qx, qy = query[b, 0] - query[a, 0], query[b, 1] - query[a, 1]
+            length = np.hypot(qx, qy)
+            if length < SHORTEST_M or length > LONGEST_M:
+                continue
+            first = np.searchsorted(lengths, length - LENGTH_TOLERANCE_M)
+            last = np.searchsorted(lengths, length + LENGTH_TOLERANCE_M)
+            for k in range(first, last):
+                tried += 1
+                i, j = pairs[k, 0], pairs[k, 1]
+                px, py = reference[j, 0] - reference[i, 0], reference[j, 1] - reference[i, 1]
+                c = (qx * px + qy * py) / (length * lengths[k])
+                s = (qx * py - qy * px) / (length * lengths[k])
+                mx, my = 0.5 * (query[a, 0] + query[b, 0]), 0.5 * (query[a, 1] + query[b, 1])
+                tx = 0.5 * (reference[i, 0] + reference[j, 0]) - (c * mx - s * my)
+                ty = 0.5 * (reference[i, 1] + reference[j, 1]) - (s * mx + c * my)
+                near = 0
+                for e in range(n):
+                    if e == a or e == b:
+                        continue
+                    x = c * query[e, 0] - s * query[e, 1] + tx
+                    y = s * query[e, 0] + c * query[e, 1] + ty
+                    u, v = int((x - origin[0]) * 10.0), int((y - origin[1]) * 10.0)
+                    if x < origin[0] or y < origin[1] or u >= cells.shape[0] or v >= cells.shape[1]:
+                        continue
+                    f = cells[u, v]
+                    if f < 0:
+                        continue
+                    square = (reference[f, 0] - x) ** 2 + (reference[f, 1] - y) ** 2
+                    if square <= LARGEST_R_M**2:
+                        squares[near] = square
+                        near += 1
+                if near < 2:
+                    continue
+                ordered = np.sort(squares[:near])
+                best, radius = np.inf, 0.0
+                for h in range(near):
+                    p = min(1.0, density * np.pi * max(ordered[h], SMALLEST_R_M**2))
+                    # P(Binomial ≥ k) ≤ (n over k) p^k.
+                    tail = log_binomials[h + 1] + (h + 1) * np.log10(p)
+                    if tail < best:
+                        best, radius = tail, np.sqrt(max(ordered[h], SMALLEST_R_M**2))
+                if best + np.log10(tried + 0.0) > log_limit or count == len(rows):
+                    continue
+                rows[count] = best, c, s, tx, ty, radius
+                count += 1
+    return rows[:count], tried
+
+
+def _best_radius(distances: FloatArray, n: int, density: float, given: int) -> tuple[float, float]:
+    """Smallest log10 binomial tail over r, and that r, of ascending distances."""
+    k = np.arange(1, len(distances) + 1)
+    p = np.minimum(1.0, density * np.pi * np.maximum(distances, SMALLEST_R_M) ** 2)
+    binomials = (gammaln(n - given + 1) - gammaln(k + 1) - gammaln(n - given - k + 1)) / np.log(10.0)
+    tails = binomials + k * np.log10(p)
+    tails[distances > LARGEST_R_M] = np.inf
+    best = int(np.argmin(tails))
+    return float(tails[best]), float(max(distances[best], SMALLEST_R_M))
+
+
+def _same_place(row: FloatArray, other: Alignment, query: FloatArray) -> bool:
+    """Whether two alignments lay the query on the same place: no disc moves by half a typical spacing."""
+    here = _laid(query, row)
+    return bool(np.hypot(*(here - _moved(query, other.turn, other.shift)).T).max() < 2 * LARGEST_R_M)
+
+
+def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
+    """The query under an alignment as `_search` found it."""
+    _, c, s, x, y, _ = row
+    return query @ np.array([[c, s], [-s, c]]) + (x, y)
+
+
+def _refined(query: FloatArray, reference: FloatArray, row: FloatArray, log_nfa: float) -> Alignment:
+    moved, radius = _laid(query, row), row[5]
+    tree = cKDTree(reference)
+    a, b = _mutual(*tree.query(moved), max(radius, LENGTH_TOLERANCE_M))
+    turn, shift = _rigid(query, a, reference[b])
+    a, b = _mutual(*tree.query(_moved(query, turn, shift)), max(radius, LENGTH_TOLERANCE_M))
+    turn, shift = _rigid(query, a, reference[b])
+    return Alignment(log_nfa, turn, shift, a, b)
+
+
+def _mutual(distance: FloatArray, nearest: IntArray, radius: float) -> tuple[IntArray, IntArray]:
+    """Pairs within the radius, each reference disc with its nearest query disc alone."""
+    order = np.argsort(distance, kind="stable")
+    order = order[distance[order] <= radius]
+    _, first = np.unique(nearest[order], return_index=True)
+    a = order[np.sort(first)]
+    return a, nearest[a].astype(np.int64)
+
+
+def _rigid(query: FloatArray, chosen: IntArray, target: FloatArray) -> tuple[float, FloatArray]:
+    """Least-squares rotation, and how far it moves the centroid of the whole query (Umeyama 1991, without scale)."""
+    points = query[chosen]
+    a, b = points - points.mean(axis=0), target - target.mean(axis=0)
+    turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+    centre = query.mean(axis=0)
+    moved = _moved(np.vstack([points.mean(axis=0)]), turn, np.zeros(2), centre)
+    return turn, target.mean(axis=0) - moved[0]
+
+
+def _moved(query: FloatArray, turn: float, shift: FloatArray, centre: FloatArray | None = None) -> FloatArray:
+    """Turn about the query's centroid, then shift."""
+    centre = query.mean(axis=0) if centre is None else centre
+    c, s = np.cos(turn), np.sin(turn)
+    return (query - centre) @ np.array([[c, s], [-s, c]]) + centre + shift
