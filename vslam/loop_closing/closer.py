@@ -12,11 +12,13 @@ Three questions to an alignment of what was seen lately (the query) with what wa
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from vslam.loop_closing.constellation import Alignment, in_place, recognise
+from vslam.loop_closing.constellation import Alignment, density, in_place, recognise
 from vslam.loop_closing.smoother import Estimate
 
 FloatArray = NDArray[np.float64]
@@ -25,44 +27,84 @@ IntArray = NDArray[np.int64]
 LOG_NFA = -4.0
 """One false closure in 10,000 queries: some hundred queries make one in a hundred buildings."""
 
-LOG_NFA_RIVAL = 0.0
-"""A rival counts from where accident explains it no better than once per query."""
+RIVAL_SHARE = 0.5
+"""A rival counts when it is half as significant as the best, in decades. A place that repeats itself fits one period off
+with all discs but those at its ends, so its rival is nearly as good; an accident is not."""
+
+ONE_SIGHT_M = 0.045
+"""What two maps of one place may differ by even if they are exact in themselves: errors of calibration do not average
+out over many sights, so the σ of one (the DLR log's median) stays."""
 
 
-def closures(
-    estimate: Estimate, query: IntArray, reference: IntArray, gate: float
-) -> list[tuple[int, int]]:
-    """Pairs of landmarks to merge.
+@dataclass(frozen=True)
+class Bounds:
+    """What the drive allows.
+
+    Attributes
+    ----------
+    gate : float
+        Probability with which a true displacement passes.
+    largest_turn, largest_shift : float
+        Beyond which no alignment is tried, rad and metres.
+    """
+
+    gate: float
+    largest_turn: float = float(np.pi)
+    largest_shift: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found.
+
+    Attributes
+    ----------
+    pairs : list of (query landmark, reference landmark)
+        To be merged; empty where nothing is sure.
+    deferred : bool
+        Whether something was recognised that could not be decided: worth asking again later.
+    """
+
+    pairs: list[tuple[int, int]] = field(default_factory=list)
+    deferred: bool = False
+
+
+def closures(estimate: Estimate, query: IntArray, reference: IntArray, bounds: Bounds) -> Answer:
+    """Landmarks to merge.
 
     Parameters
     ----------
     estimate : Estimate
     query, reference : (n,), (m,) int64
         Landmarks of the estimate.
-    gate : float
-        Probability with which a true displacement passes.
+    bounds : Bounds
 
     Returns
     -------
-    list of (query landmark, reference landmark), empty where nothing is sure.
+    Answer
     """
     q, r = estimate.landmarks[query], estimate.landmarks[reference]
-    bound = float(chi2.ppf(gate, 3))
-    still = in_place(q, r)
-    found = ([still] if still is not None else []) + recognise(q, r, LOG_NFA_RIVAL)
+    discs_per_m2 = density(r)
+    still = in_place(q, r, discs_per_m2)
+    found = ([still] if still is not None else []) + recognise(
+        q, r, discs_per_m2, RIVAL_SHARE * LOG_NFA, bounds.largest_turn, bounds.largest_shift
+    )
     if not any(a.log_nfa <= LOG_NFA for a in found):
-        return []
-    agreeing = [a for a in found if displacement(estimate, query, reference, a) <= bound]
-    places = _places(agreeing, q)
-    if len(places) != 1 or places[0].log_nfa > LOG_NFA:
-        return []
-    best = places[0]
-    return [(int(query[a]), int(reference[b])) for a, b in zip(best.query, best.reference, strict=True)]
+        return Answer()
+    gate = float(chi2.ppf(bounds.gate, 3))
+    agreeing = [a for a in found if displacement(estimate, query, reference, a) <= gate]
+    places = _places(agreeing)
+    best = places[0] if places else None
+    if best is None or best.log_nfa > LOG_NFA:
+        return Answer(deferred=True)
+    if any(rival.log_nfa <= RIVAL_SHARE * best.log_nfa for rival in places[1:]):
+        return Answer(deferred=True)
+    return Answer(
+        [(int(query[a]), int(reference[b])) for a, b in zip(best.query, best.reference, strict=True)]
+    )
 
 
-def displacement(
-    estimate: Estimate, query: IntArray, reference: IntArray, alignment: Alignment
-) -> float:
+def displacement(estimate: Estimate, query: IntArray, reference: IntArray, alignment: Alignment) -> float:
     """Squared Mahalanobis distance of an alignment's turn and shift from none, three degrees of freedom."""
     a, b = query[alignment.query], reference[alignment.reference]
     k = len(a)
@@ -74,12 +116,14 @@ def displacement(
     A[:, 0, 0] = A[:, 1, 1] = 1.0
     A[:, 0, 2], A[:, 1, 2] = -offsets[:, 1], offsets[:, 0]
     A = A.reshape(-1, 3)
-    information = A.T @ np.linalg.solve(C + 1e-6 * np.eye(2 * k), A)
+    covariance = np.linalg.inv(A.T @ np.linalg.solve(C + 1e-6 * np.eye(2 * k), A))
+    arm = max(float((offsets**2).sum(axis=1).mean()), ONE_SIGHT_M**2)
+    floor = 2 * ONE_SIGHT_M**2 * np.array([1.0, 1.0, 1.0 / arm])
     moved = np.append(alignment.shift, alignment.turn)
-    return float(moved @ information @ moved)
+    return float(moved @ np.linalg.solve(covariance + np.diag(floor), moved))
 
 
-def _places(alignments: list[Alignment], query: FloatArray) -> list[Alignment]:
+def _places(alignments: list[Alignment]) -> list[Alignment]:
     """Most significant alignment of each place; two are one place where they share half their pairs."""
     kept: list[Alignment] = []
     for one in sorted(alignments, key=lambda a: a.log_nfa):

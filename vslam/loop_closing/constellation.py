@@ -68,17 +68,36 @@ class Alignment:
 
 
 def density(points: FloatArray) -> float:
-    """λ of discs per m²: of a square lattice whose spacing is the mean distance to the nearest neighbour.
+    """λ, discs per m² of the floor on which there are discs: all that is nearer to one than the mean distance d̄ of
+    nearest neighbours. A corridor's walls and what lies between corridors do not thin it out.
 
-    Scattered discs are a quarter as dense at the same mean distance (Clark & Evans 1954), so p(r) errs on the safe
-    side by up to a factor of four.
+    On a square lattice this is exact; of discs scattered at random, circles of d̄ cover 1 − e^(−π/4) = 54 % (Clark &
+    Evans 1954), so λ comes out 1.8 times too large, which is the safe side.
     """
     if len(points) < 2:
         return 1.0
-    return float(1.0 / np.mean(cKDTree(points).query(points, k=2)[0][:, 1]) ** 2)
+    tree = cKDTree(points)
+    spacing = float(np.mean(tree.query(points, k=2)[0][:, 1]))
+    # Area of the union: each circle's points count by how many circles share them. 12 directions × 3 radii of
+    # equal area.
+    angle = np.arange(36) * (2 * np.pi / 12)
+    radius = spacing * np.sqrt((np.arange(36) // 12 + 0.5) / 3)
+    around = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+    shared = tree.query_ball_point(
+        (points[:, None] + around).reshape(-1, 2), spacing * (1 + 1e-9), return_length=True
+    )
+    area = np.pi * spacing**2 * len(points) * float(np.mean(1.0 / np.maximum(shared, 1)))
+    return len(points) / area
 
 
-def recognise(query: FloatArray, reference: FloatArray, log_limit: float = 0.0) -> list[Alignment]:
+def recognise(
+    query: FloatArray,
+    reference: FloatArray,
+    discs_per_m2: float,
+    log_limit: float = 0.0,
+    largest_turn: float = np.pi,
+    largest_shift: float = np.inf,
+) -> list[Alignment]:
     """All ways to lay the query on the reference that would happen less than 10^``log_limit`` times by accident.
 
     Parameters
@@ -87,8 +106,12 @@ def recognise(query: FloatArray, reference: FloatArray, log_limit: float = 0.0) 
         Metres, any frame.
     reference : (m, 2) float64
         Metres, any frame.
+    discs_per_m2 : float
+        Of the reference, see `density`.
     log_limit : float
         log10 of the largest number of false alarms.
+    largest_turn, largest_shift : float
+        Bounds on what the query may be off by, rad and metres (of its centroid); alignments beyond are not tried.
 
     Returns
     -------
@@ -102,22 +125,28 @@ def recognise(query: FloatArray, reference: FloatArray, log_limit: float = 0.0) 
     order = np.argsort(lengths, kind="stable")
     origin, cells = _grid(reference)
     found, tried = _search(
-        np.ascontiguousarray(query), reference, pairs[order], lengths[order], origin, cells, density(reference),
-        _log_binomials(len(query)), log_limit,
+        np.ascontiguousarray(query), reference, pairs[order], lengths[order], origin, cells, discs_per_m2,
+        _log_binomials(len(query)), log_limit, float(np.cos(min(largest_turn, np.pi))), float(largest_shift),
     )  # fmt: skip
     penalty = np.log10(max(tried, 1) * max(len(query) - 2, 1))
     kept: list[Alignment] = []
+    tree = cKDTree(reference)
     for row in found[np.argsort(found[:, 0], kind="stable")]:
         if row[0] + penalty > log_limit:
             break
         if any(_same_place(row, other, query) for other in kept):
             continue
-        kept.append(_refined(query, reference, row, float(row[0] + penalty)))
+        kept.append(_refined(query, reference, tree, row, float(row[0] + penalty)))
     return kept
 
 
-def in_place(query: FloatArray, reference: FloatArray) -> Alignment | None:
+def in_place(query: FloatArray, reference: FloatArray, discs_per_m2: float) -> Alignment | None:
     """The alignment that moves nothing, or as little as the nearest discs ask for: one test, so N = 1.
+
+    Parameters
+    ----------
+    query, reference, discs_per_m2
+        As of `recognise`, in one frame.
 
     Returns
     -------
@@ -132,7 +161,7 @@ def in_place(query: FloatArray, reference: FloatArray) -> Alignment | None:
     for _ in range(3):
         moved = _moved(query, turn, shift)
         distance, nearest = tree.query(moved)
-        log_nfa, radius = _best_radius(np.sort(distance), len(query), density(reference), 0)
+        log_nfa, radius = _best_radius(np.sort(distance), discs_per_m2)
         a, b = _mutual(distance, nearest, radius)
         if len(a) < 2:
             break
@@ -144,22 +173,33 @@ def in_place(query: FloatArray, reference: FloatArray) -> Alignment | None:
 
 def _pairs(points: FloatArray) -> tuple[IntArray, FloatArray]:
     """Ordered pairs of points at usable distances, (p, 2), and their lengths."""
-    pairs = cKDTree(points).query_pairs(LONGEST_M + LENGTH_TOLERANCE_M, output_type="ndarray").astype(np.int64)
+    pairs = (
+        cKDTree(points).query_pairs(LONGEST_M + LENGTH_TOLERANCE_M, output_type="ndarray").astype(np.int64)
+    )
     pairs = np.vstack([pairs, pairs[:, ::-1]])
     lengths = np.hypot(*(points[pairs[:, 1]] - points[pairs[:, 0]]).T)
     usable = lengths > SHORTEST_M - LENGTH_TOLERANCE_M
     return pairs[usable], lengths[usable]
 
 
+@njit(cache=True)
 def _grid(points: FloatArray) -> tuple[FloatArray, IntArray]:
     """The point nearest to the centre of each cell of 0.1 m, −1 where none is near."""
-    size, margin = 0.1, LARGEST_R_M + 0.1
-    origin = points.min(axis=0) - margin
-    shape = np.ceil((points.max(axis=0) + margin - origin) / size).astype(int)
-    cells = np.full(shape, -1, dtype=np.int64)
-    centres = origin + (np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1) + 0.5) * size
-    distance, nearest = cKDTree(points).query(centres, distance_upper_bound=margin)
-    cells[np.isfinite(distance)] = nearest[np.isfinite(distance)]
+    origin = np.array([points[:, 0].min(), points[:, 1].min()]) - LARGEST_R_M - 0.1
+    columns = int((points[:, 0].max() - origin[0] + LARGEST_R_M + 0.1) * 10.0) + 1
+    rows = int((points[:, 1].max() - origin[1] + LARGEST_R_M + 0.1) * 10.0) + 1
+    cells = np.full((columns, rows), -1, np.int64)
+    for k in range(len(points)):
+        x, y = points[k, 0] - origin[0], points[k, 1] - origin[1]
+        reach = int(LARGEST_R_M * 10.0) + 1
+        for i in range(max(0, int(x * 10.0) - reach), min(columns, int(x * 10.0) + reach + 1)):
+            for j in range(max(0, int(y * 10.0) - reach), min(rows, int(y * 10.0) + reach + 1)):
+                other = cells[i, j]
+                u, v = (i + 0.5) / 10.0, (j + 0.5) / 10.0
+                if other < 0 or (u - x) ** 2 + (v - y) ** 2 < (
+                    (u - points[other, 0] + origin[0]) ** 2 + (v - points[other, 1] + origin[1]) ** 2
+                ):
+                    cells[i, j] = k
     return origin, cells
 
 
@@ -180,12 +220,15 @@ def _search(
     density: float,
     log_binomials: FloatArray,
     log_limit: float,
+    least_cosine: float,
+    largest_shift: float,
 ) -> tuple[FloatArray, int]:
     """Rows (log10 of the binomial tail, cos, sin, x, y, r) of alignments that may be significant, and N."""
     n = len(query)
     rows = np.empty((20_000, 6))
     count, tried = 0, 0
     squares = np.empty(n)
+    gx, gy = np.mean(query[:, 0]), np.mean(query[:, 1])
     for a in range(n):
         for b in range(a + 1, n):
             qx, qy = query[b, 0] - query[a, 0], query[b, 1] - query[a, 1]
@@ -195,14 +238,18 @@ def _search(
             first = np.searchsorted(lengths, length - LENGTH_TOLERANCE_M)
             last = np.searchsorted(lengths, length + LENGTH_TOLERANCE_M)
             for k in range(first, last):
-                tried += 1
                 i, j = pairs[k, 0], pairs[k, 1]
                 px, py = reference[j, 0] - reference[i, 0], reference[j, 1] - reference[i, 1]
                 c = (qx * px + qy * py) / (length * lengths[k])
+                if c < least_cosine:
+                    continue
                 s = (qx * py - qy * px) / (length * lengths[k])
                 mx, my = 0.5 * (query[a, 0] + query[b, 0]), 0.5 * (query[a, 1] + query[b, 1])
                 tx = 0.5 * (reference[i, 0] + reference[j, 0]) - (c * mx - s * my)
                 ty = 0.5 * (reference[i, 1] + reference[j, 1]) - (s * mx + c * my)
+                if np.hypot(c * gx - s * gy + tx - gx, s * gx + c * gy + ty - gy) > largest_shift:
+                    continue
+                tried += 1
                 near = 0
                 for e in range(n):
                     if e == a or e == b:
@@ -217,18 +264,21 @@ def _search(
                         continue
                     square = (reference[f, 0] - x) ** 2 + (reference[f, 1] - y) ** 2
                     if square <= LARGEST_R_M**2:
-                        squares[near] = square
+                        place = near  # kept in ascending order
+                        while place > 0 and squares[place - 1] > square:
+                            squares[place] = squares[place - 1]
+                            place -= 1
+                        squares[place] = square
                         near += 1
                 if near < 2:
                     continue
-                ordered = np.sort(squares[:near])
                 best, radius = np.inf, 0.0
                 for h in range(near):
-                    p = min(1.0, density * np.pi * max(ordered[h], SMALLEST_R_M**2))
+                    p = min(1.0, density * np.pi * max(squares[h], SMALLEST_R_M**2))
                     # P(Binomial ≥ k) ≤ (n over k) p^k.
                     tail = log_binomials[h + 1] + (h + 1) * np.log10(p)
                     if tail < best:
-                        best, radius = tail, np.sqrt(max(ordered[h], SMALLEST_R_M**2))
+                        best, radius = tail, np.sqrt(max(squares[h], SMALLEST_R_M**2))
                 if best + np.log10(tried + 0.0) > log_limit or count == len(rows):
                     continue
                 rows[count] = best, c, s, tx, ty, radius
@@ -236,11 +286,12 @@ def _search(
     return rows[:count], tried
 
 
-def _best_radius(distances: FloatArray, n: int, density: float, given: int) -> tuple[float, float]:
+def _best_radius(distances: FloatArray, density: float) -> tuple[float, float]:
     """Smallest log10 binomial tail over r, and that r, of ascending distances."""
-    k = np.arange(1, len(distances) + 1)
+    n = len(distances)
+    k = np.arange(1, n + 1)
     p = np.minimum(1.0, density * np.pi * np.maximum(distances, SMALLEST_R_M) ** 2)
-    binomials = (gammaln(n - given + 1) - gammaln(k + 1) - gammaln(n - given - k + 1)) / np.log(10.0)
+    binomials = (gammaln(n + 1) - gammaln(k + 1) - gammaln(n - k + 1)) / np.log(10.0)
     tails = binomials + k * np.log10(p)
     tails[distances > LARGEST_R_M] = np.inf
     best = int(np.argmin(tails))
@@ -259,9 +310,11 @@ def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
     return query @ np.array([[c, s], [-s, c]]) + (x, y)
 
 
-def _refined(query: FloatArray, reference: FloatArray, row: FloatArray, log_nfa: float) -> Alignment:
+def _refined(
+    query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray, log_nfa: float
+) -> Alignment:
+    """Fit an alignment to all discs that coincide under it, twice."""
     moved, radius = _laid(query, row), row[5]
-    tree = cKDTree(reference)
     a, b = _mutual(*tree.query(moved), max(radius, LENGTH_TOLERANCE_M))
     turn, shift = _rigid(query, a, reference[b])
     a, b = _mutual(*tree.query(_moved(query, turn, shift)), max(radius, LENGTH_TOLERANCE_M))

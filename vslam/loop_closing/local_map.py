@@ -21,6 +21,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+VAGUE_M = 0.25
+"""A disc whose σ, along its worst axis, exceeds this is forgotten. At 0.25 m the 99 % gate of a sight reaches
+0.78 m, about as far as the next disc lies (0.85 m, the median of the DLR discs' nearest neighbours)."""
+
+
 class LocalMap:
     """Tracks discs from picture to picture.
 
@@ -28,27 +33,21 @@ class LocalMap:
     ----------
     gate, new_gate : float
         As in `vslam.slam.SlamSettings`.
-    scale : float
-        Factor on all stated covariances.
-    vague_m : float
-        A disc whose standard deviation, along its worst axis, exceeds this is forgotten.
     """
 
-    def __init__(self, gate: float, new_gate: float, scale: float, vague_m: float) -> None:
+    def __init__(self, gate: float, new_gate: float) -> None:
         self._bounds = np.append(0.0, chi2.ppf(gate, 2 * np.arange(1, 65)))
         self._new = float(chi2.ppf(new_gate, 2))
-        self._scale, self._vague = scale, vague_m
         self.numbers = np.zeros(0, dtype=np.int64)
         self.points = np.zeros((0, 2))
         self.P = np.zeros((0, 0))
         self.founded = 0
-        self.nis: list[float] = []
 
     def step(self, odometry: Odometry, observations: Observations) -> IntArray:
         """Move, associate, correct; fragment of each observation, −1 where it is ambiguous, (n,) int64."""
         self._predict(odometry)
         self._forget()
-        S = self._scale * observations.covariances
+        S = observations.covariances
         chosen, near = self._associate(observations.points, S)
         matches = np.full(len(observations), -1, dtype=np.int64)
         paired = chosen >= 0
@@ -65,15 +64,18 @@ class LocalMap:
         m = len(self.points)
         if not m:
             return
-        F = np.kron(np.eye(m), R.T)
         G = np.empty((m, 2, 3))
         G[:, :, :2] = -R.T
         G[:, 0, 2], G[:, 1, 2] = self.points[:, 1], -self.points[:, 0]
         G = G.reshape(-1, 3)
-        self.P = F @ self.P @ F.T + G @ (self._scale * odometry.covariance) @ G.T
+        # Rᵀ P R of each 2 × 2 block, from the right and, as P is symmetric, once more from the right.
+        half = (self.P.reshape(-1, 2) @ R).reshape(2 * m, 2 * m).T
+        self.P = (np.ascontiguousarray(half).reshape(-1, 2) @ R).reshape(
+            2 * m, 2 * m
+        ) + G @ odometry.covariance @ G.T
 
     def _forget(self) -> None:
-        keep = np.sqrt(_largest(self._blocks())) <= self._vague
+        keep = np.sqrt(_largest(self._blocks())) <= VAGUE_M
         if keep.all():
             return
         self.numbers, self.points = self.numbers[keep], self.points[keep]
@@ -99,7 +101,6 @@ class LocalMap:
         for k in range(len(S)):
             C[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += S[k]
         K = np.linalg.solve(C, self.P[rows]).T
-        self.nis.append(float(Z @ np.linalg.solve(C, Z)) / len(Z))
         self.points = self.points + (K @ Z).reshape(-1, 2)
         P = self.P - K @ C @ K.T
         self.P = 0.5 * (P + P.T)

@@ -40,17 +40,24 @@ class Fragments:
             fragment = self._root[fragment]
         return fragment
 
-    def roots(self) -> IntArray:
-        """Disc of each fragment, (n,) int64."""
-        return np.array([self.root(f) for f in range(len(self))], dtype=np.int64)
+    def labels(self, tracks: list[IntArray]) -> tuple[IntArray, list[IntArray]]:
+        """Discs counted from 0.
+
+        Returns
+        -------
+        (l,) int64
+            The fragment that stands for each disc, rising.
+        list of (n_k,) int64
+            The disc of each tracked observation, −1 for none.
+        """
+        roots = np.array([self.root(f) for f in range(len(self))], dtype=np.int64)
+        used, number = np.unique(roots, return_inverse=True)
+        number = np.append(number, -1)  # the last entry answers to −1
+        return used, [number[track] for track in tracks]
 
     def sights(self) -> IntArray:
         """Number of pictures that show the disc of each fragment, (n,) int64."""
         return np.array([len(self._pictures[self.root(f)]) for f in range(len(self))], dtype=np.int64)
-
-    def last(self) -> IntArray:
-        """Last picture that shows the disc of each fragment, (n,) int64."""
-        return np.array([max(self._pictures[self.root(f)]) for f in range(len(self))], dtype=np.int64)
 
     def may_merge(self, a: int, b: int) -> bool:
         """Whether no picture shows both as two discs."""
@@ -76,6 +83,9 @@ class Record:
         self.tracks: list[IntArray] = []
         self._roots: list[FloatArray] = []
         self._point_roots: list[FloatArray] = []
+
+    def __len__(self) -> int:
+        return len(self.odometry)
 
     def add(self, odometry: Odometry, observations: Observations, tracks: IntArray) -> None:
         """Append a step; ``tracks`` is the fragment of each observation, −1 for none."""

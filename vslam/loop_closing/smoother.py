@@ -26,6 +26,9 @@ IntArray = NDArray[np.int64]
 CAUCHY = 2.385
 """c of Cauchy's loss, in σ: 95 % efficient where the noise is Gaussian after all (Zhang 1997, table 1)."""
 
+LEAST_SQUARES = float("inf")
+"""c with which every residual counts in full."""
+
 _LARGEST_DAMPING = 1e8
 
 
@@ -99,7 +102,12 @@ def inverse_roots(covariances: FloatArray) -> FloatArray:
 
 
 def smooth(
-    problem: Problem, poses: FloatArray, landmarks: FloatArray, iterations: int = 20, tolerance: float = 1e-5
+    problem: Problem,
+    poses: FloatArray,
+    landmarks: FloatArray,
+    iterations: int = 20,
+    tolerance: float = 1e-5,
+    cauchy: float = CAUCHY,
 ) -> Estimate:
     """Levenberg–Marquardt from a first guess until no unknown moves by more than ``tolerance`` (metres, rad).
 
@@ -112,6 +120,8 @@ def smooth(
     iterations : int
         Linearisations at most.
     tolerance : float
+    cauchy : float
+        c of the loss of observations.
 
     Raises
     ------
@@ -120,10 +130,10 @@ def smooth(
     """
     poses, landmarks = poses.copy(), landmarks.copy()
     damping, n = 0.0, len(problem.deltas)
-    residuals, cost = _residuals(problem, poses, landmarks)
+    residuals, cost = _residuals(problem, poses, landmarks, cauchy)
     factor: SuperLU | None = None
     for _ in range(iterations):
-        J, r = _linearise(problem, poses, landmarks, residuals)
+        J, r = _linearise(problem, poses, landmarks, residuals, cauchy)
         information, gradient = (J.T @ J).tocsc(), J.T @ r
         while True:
             factor = _factor(information, damping)
@@ -131,7 +141,7 @@ def smooth(
             moved = poses.copy()
             moved[1:] += step[: 3 * n].reshape(-1, 3)
             shifted = landmarks + step[3 * n :].reshape(-1, 2)
-            tried, tried_cost = _residuals(problem, moved, shifted)
+            tried, tried_cost = _residuals(problem, moved, shifted, cauchy)
             if tried_cost <= cost * (1 + 1e-9) or damping > _LARGEST_DAMPING:
                 break
             damping = max(10.0 * damping, 1e-4)
@@ -142,18 +152,13 @@ def smooth(
         if np.abs(step).max(initial=0.0) < tolerance:
             break
     if factor is None or damping > 0.0:
-        J, _ = _linearise(problem, poses, landmarks, residuals)
+        J, _ = _linearise(problem, poses, landmarks, residuals, cauchy)
         factor = _factor((J.T @ J).tocsc(), 0.0)
     return Estimate(poses, landmarks, cost, factor)
 
 
-def squared_distances(problem: Problem, poses: FloatArray, landmarks: FloatArray) -> FloatArray:
-    """|z − h(R, L)|²_S of each observation, (m,) float64."""
-    return (_residuals(problem, poses, landmarks)[0][1] ** 2).sum(axis=1)
-
-
 def _residuals(
-    problem: Problem, poses: FloatArray, landmarks: FloatArray
+    problem: Problem, poses: FloatArray, landmarks: FloatArray, cauchy: float
 ) -> tuple[tuple[FloatArray, FloatArray], float]:
     """Whitened residuals of odometry (n, 3) and observations (m, 2), and half the robust sum."""
     a, b = poses[:-1], poses[1:]
@@ -163,12 +168,16 @@ def _residuals(
     sight = _local(poses[problem.pose], landmarks[problem.landmark]) - problem.points
     sight = (problem.point_roots @ sight[..., None])[..., 0]
     squares = (sight**2).sum(axis=1)
-    cost = 0.5 * float((motion**2).sum()) + 0.5 * CAUCHY**2 * float(np.log1p(squares / CAUCHY**2).sum())
-    return (motion, sight), cost
+    losses = squares if np.isinf(cauchy) else cauchy**2 * np.log1p(squares / cauchy**2)
+    return (motion, sight), 0.5 * float((motion**2).sum()) + 0.5 * float(losses.sum())
 
 
 def _linearise(
-    problem: Problem, poses: FloatArray, landmarks: FloatArray, residuals: tuple[FloatArray, FloatArray]
+    problem: Problem,
+    poses: FloatArray,
+    landmarks: FloatArray,
+    residuals: tuple[FloatArray, FloatArray],
+    cauchy: float,
 ) -> tuple[sp.csr_matrix, FloatArray]:
     """Whitened, reweighted Jacobian and residual."""
     motion, sight = residuals
@@ -178,7 +187,7 @@ def _linearise(
     A[:, :2], B[:, :2, :2] = by_a, by_b
     A[:, 2, 2], B[:, 2, 2] = -1.0, 1.0
     by_pose, by_landmark = _local_jacobians(poses[problem.pose], landmarks[problem.landmark])
-    weights = 1.0 / np.sqrt(1.0 + (sight**2).sum(axis=1) / CAUCHY**2)  # √ of Cauchy's weight
+    weights = 1.0 / np.sqrt(1.0 + (sight**2).sum(axis=1) / cauchy**2)  # √ of Cauchy's weight
     W = problem.point_roots * weights[:, None, None]
 
     steps = np.arange(n)
