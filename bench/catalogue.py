@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy
+from bench.study import DlrStudy, RenderedStudy, Study
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ def layouts() -> list[Entry]:
     return [Entry(name, known.summary) for name, known in layout.layouts().items()]
 
 
-def check(study: RenderedStudy | DlrStudy) -> None:
+@singledispatch
+def check(study: Study) -> None:
     """Refuse unknown names before anything is rendered.
 
     Raises
@@ -56,18 +58,27 @@ def check(study: RenderedStudy | DlrStudy) -> None:
         For a scene, lamp, illuminant, filter, back-end, association or observation form that does not exist,
         with near names.
     """
+    raise TypeError(f"no check for studies of the kind {study.sequence!r}")
+
+
+@check.register
+def _(study: RenderedStudy) -> None:
     from vslam.slam import SlamSettings
 
-    if isinstance(study, RenderedStudy):
-        if study.scene.file is None:
-            _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-        _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
-        _try_parameters(study)
-        _try_lights(study)
-        SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
-    else:
-        for association, observation in product(study.associations, study.observations):
-            SlamSettings(study.backend, association, observation, study.gate)
+    if study.scene.file is None:
+        _known("scene", [study.scene.name], (entry.name for entry in scenes()))
+    _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
+    _try_parameters(study)
+    _try_lights(study)
+    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+
+
+@check.register
+def _(study: DlrStudy) -> None:
+    from vslam.slam import SlamSettings
+
+    for association, observation in product(study.associations, study.observations):
+        SlamSettings(study.backend, association, observation, study.gate)
 
 
 def _try_parameters(study: RenderedStudy) -> None:

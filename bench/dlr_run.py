@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
 from bench import replay
 from bench.data import dlr_folder
+from bench.options import RunOptions
 from bench.progress import Progress
 from bench.run_facts import RunFacts, landmark_csv, run_stem
 from bench.sequences import dlr
@@ -17,13 +17,13 @@ from bench.study_model import DlrStudy
 from vslam.slam import SlamSettings
 
 
-def run(study: DlrStudy, folder: RunFolder, data: Path | None, progress: Progress) -> RunFacts:
+def run(study: DlrStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Replay the log into a run folder; the frames table stays empty, as no picture is filtered.
 
     The log has no clock: its trajectories are stamped with the number of the step.
     """
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(data))
+    log = dlr.load(dlr_folder(options.data))
     pairs = list(product(study.associations, study.observations))
     replays = []
     with facts.timed("replay"), progress.stage("replay", len(pairs)) as advance:

@@ -71,11 +71,14 @@ class Localised:
     landmark_table : (k, 5) float64
         Id, true x and y, estimated x and y of each landmark in the world; NaN where not mapped, further
         rows of the same id for duplicates.
+    grid : OccupancyGrid, optional
+        The map at the end, of the study's first seed.
     """
 
     row: dict[str, object]
     poses: FloatArray
     landmark_table: FloatArray
+    grid: OccupancyGrid | None = None
 
 
 def localise(variant: Variant) -> list[Localised]:
@@ -114,7 +117,7 @@ def _score(variant: Variant, seed: int, result: SlamResult) -> Localised:
     row |= {"nav_success": plans.success, "nav_cost_ratio": plans.cost_ratio, "status": "ok"}
     table = landmarks.table(result.landmarks, result.matches, seen, true_landmarks)
     table[:, 1:3], table[:, 3:5] = to_global(start, table[:, 1:3]), to_global(start, table[:, 3:5])
-    return Localised({k: row[k] for k in RUN_COLUMNS}, estimated, table)
+    return Localised({k: row[k] for k in RUN_COLUMNS}, estimated, table, grid if seed == 0 else None)
 
 
 def _in_start_frame(poses: FloatArray) -> FloatArray:

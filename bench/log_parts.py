@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DlrStudy, RenderedStudy
+from bench.study_model import DlrStudy, RenderedStudy, Study
 
-S = TypeVar("S", RenderedStudy, DlrStudy, RenderedStudy | DlrStudy)
+S = TypeVar("S", bound=Study)
 
 LOG = "log"
 """Name of the parameter by which a scene's builder asks for the log."""
 
 
-def reads_log(study: RenderedStudy | DlrStudy) -> bool:
+def reads_log(study: Study) -> bool:
     """Whether the study replays the log, or its scene or camera comes from it."""
     if isinstance(study, DlrStudy):
         return True

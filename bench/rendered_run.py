@@ -16,6 +16,7 @@ from bench import strips
 from bench.data import cache_folder
 from bench.localisation import Localised, Variant, World, localise
 from bench.metrics import navigation
+from bench.options import RunOptions
 from bench.perception import FramePercepts, Perception
 from bench.progress import Progress
 from bench.rng import generator
@@ -27,11 +28,12 @@ from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
-from scenes.occupancy import TrueOccupancy, true_occupancy
+from scenes.occupancy import TrueOccupancy, check_tour, true_occupancy
 
 
-def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress) -> RunFacts:
-    """Run a rendered study into a run folder with ``count`` processes."""
+def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+    """Run a rendered study into a run folder."""
+    count = options.workers
     choice = choose_engine(study.engine)
     if choice.notice:
         progress.notice(choice.notice)
@@ -55,11 +57,18 @@ def run(study: RenderedStudy, folder: RunFolder, count: int, progress: Progress)
 def prepared(
     study: RenderedStudy, engine: str, facts: RunFacts, progress: Progress
 ) -> Iterator[SequenceSetup]:
-    """What every process needs, with the scene's light baked where it will be found."""
+    """What every process needs, with the scene's light baked where it will be found.
+
+    Raises
+    ------
+    SceneError
+        If the tour runs through a wall.
+    """
     with _writable_cache() as cache:
         scene = load_scene(study)
         for text in scene.notices:
             progress.notice(text)
+        check_tour(scene)
         with facts.timed("bake"), progress.stage("bake light", 1) as advance:
             setup = SequenceSetup(study, engine, light_colours(study, cache), 0, cache)
             bake_scene(scene, cache, progress.notice)
@@ -184,6 +193,8 @@ def _write(
         folder.write_trajectory(stem, scene.tour.stamps, run.poses)
         if run.row["seed"] == 0:
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(run.landmark_table))
+        if run.grid is not None:
+            folder.write_map(stem, run.grid)
     np.savez_compressed(
         figures / f"occupancy--{scene.name}.npz",
         blocked=occupancy.blocked,

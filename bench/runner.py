@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from bench import provenance
 from bench.options import RunOptions
@@ -11,14 +13,14 @@ from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.study import dump
-from bench.study_model import DlrStudy, RenderedStudy
+from bench.study_model import RenderedStudy, Study
 
 BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
 """About what a row of a table and a line of a trajectory take, for the check of free disk."""
 
 
 def run(
-    study: RenderedStudy | DlrStudy,
+    study: Study,
     options: RunOptions,
     progress: Progress,
     report: Callable[[Path], object] | None = None,
@@ -43,14 +45,7 @@ def run(
     """
     with RunFolder(options.out, study.name) as folder:
         folder.write_text("study.yaml", dump(study))
-        if isinstance(study, DlrStudy):
-            from bench.dlr_run import run as replay_log
-
-            facts = replay_log(study, folder, options.data, progress)
-        else:
-            from bench.rendered_run import run as run_rendered
-
-            facts = run_rendered(study, folder, options.workers, progress)
+        facts = _run_of(study)(study, folder, options, progress)
         _write_provenance(folder, study, options, facts)
         if report is not None:
             with facts.timed("report"), progress.stage("report", 1) as advance:
@@ -60,9 +55,14 @@ def run(
     return folder.path
 
 
-def _write_provenance(
-    folder: RunFolder, study: RenderedStudy | DlrStudy, options: RunOptions, facts: RunFacts
-) -> None:
+def _run_of(study: Study) -> Callable[[Any, RunFolder, RunOptions, Progress], RunFacts]:
+    """What runs this kind of study: ``run`` of the module that is named after its sequence."""
+    run_it: Callable[[Any, RunFolder, RunOptions, Progress], RunFacts]
+    run_it = importlib.import_module(f"bench.{study.sequence}_run").run
+    return run_it
+
+
+def _write_provenance(folder: RunFolder, study: Study, options: RunOptions, facts: RunFacts) -> None:
     collected = provenance.collect(
         seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
     )

@@ -23,6 +23,8 @@ from bench.tables import Row, read_table, to_table
 if TYPE_CHECKING:
     import pandas as pd
 
+    from vslam.occupancy import OccupancyGrid
+
 
 class RunFolder:
     """The folder of one run while it is being written; use it in a ``with`` block.
@@ -115,6 +117,14 @@ class RunFolder:
         """
         lines = tum_lines(stamps, poses, name)
         return self.write_text(f"trajectories/{name}.tum", "".join(f"{line}\n" for line in lines))
+
+    def write_map(self, name: str, grid: OccupancyGrid) -> None:
+        """Write ``maps/<name>.yaml`` and ``.pgm``, as nav2's ``map_server`` reads them."""
+        from bench import map_server
+
+        (self.path / "maps").mkdir(exist_ok=True)
+        for file, content in map_server.files(grid, name).items():
+            (self.path / "maps" / file).write_bytes(content)
 
     def _write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
         import pyarrow.parquet as pq

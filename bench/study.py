@@ -39,7 +39,7 @@ def names() -> list[str]:
     return sorted(f.name.removesuffix(".yaml") for f in _packaged().iterdir() if f.name.endswith(".yaml"))
 
 
-def load(name_or_path: str | Path) -> RenderedStudy | DlrStudy:
+def load(name_or_path: str | Path) -> Study:
     """Load a packaged study by name, or a study file.
 
     Parameters
@@ -60,7 +60,7 @@ def load(name_or_path: str | Path) -> RenderedStudy | DlrStudy:
     return parse((_packaged() / f"{text}.yaml").read_text(encoding="utf-8"), f"studies/{text}.yaml")
 
 
-def parse(text: str, where: str) -> RenderedStudy | DlrStudy:
+def parse(text: str, where: str) -> Study:
     """Validate the text of a study file; ``where`` names it in errors.
 
     Raises
@@ -76,12 +76,13 @@ def parse(text: str, where: str) -> RenderedStudy | DlrStudy:
         raise BenchError(f"{where}: must hold keys and values, such as 'sequence: rendered' and 'name: mine'")
     model = _model_of(content, where)
     try:
-        return model.model_validate(content)
+        study: Study = model.model_validate(content)
+        return study
     except ValidationError as error:
         raise BenchError(f"{where}: {reason(model, error)}") from None
 
 
-def dump(study: RenderedStudy | DlrStudy) -> str:
+def dump(study: Study) -> str:
     """Write a study as YAML with every default filled in; `parse` gives the same study back."""
     return yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True, width=110)
 
@@ -125,7 +126,7 @@ def _yaml_reason(error: yaml.YAMLError) -> str:
     return f"line {mark.line + 1}, column {mark.column + 1}: {reason}" if mark else reason
 
 
-def _model_of(content: dict[Any, Any], where: str) -> type[RenderedStudy] | type[DlrStudy]:
+def _model_of(content: dict[Any, Any], where: str) -> type[Study]:
     """The model that the key ``sequence`` chooses."""
     models = {get_args(model.model_fields["sequence"].annotation)[0]: model for model in SEQUENCES}
     allowed = " or ".join(models)

@@ -6,7 +6,7 @@ electrons.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -229,4 +229,7 @@ class DlrStudy(Part):
 
 
 Study = Annotated[RenderedStudy | DlrStudy, Field(discriminator="sequence")]
-SEQUENCES: tuple[type[RenderedStudy] | type[DlrStudy], ...] = (RenderedStudy, DlrStudy)
+"""A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
+runs it, and ``reports/page_<sequence>.py``, which tells of it."""
+
+SEQUENCES: tuple[type[Study], ...] = get_args(get_args(Study)[0])

@@ -63,7 +63,7 @@ class LayerShader:
         """Diffuse and specular luminance of each layer at unit intensity, (L, H, W, 3) float32 cd/m²."""
         size = (len(self._layers), len(surfaces.surface), 3)
         diffuse, specular = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.float32)
-        self._ambient(surfaces, diffuse, specular)
+        self._ambient(surfaces, gbuffer.view.origin, diffuse, specular)
         for k, lights in enumerate(self._layers):
             direct = [light for light in lights if isinstance(light, DirectLight)]
             self._direct(direct, surfaces, diffuse[k], specular[k])
@@ -71,10 +71,10 @@ class LayerShader:
         shape = (len(self._layers), *surfaces.shape, 3)
         return diffuse.reshape(shape), specular.reshape(shape)
 
-    def _ambient(self, surfaces: Surfaces, diffuse: F32, specular: F32) -> None:
+    def _ambient(self, surfaces: Surfaces, eye: F32, diffuse: F32, specular: F32) -> None:
         """Bounced light, the sky's, and mirror images; bulbs' images are the highlights of direct light."""
         reflection = Reflection(
-            self._mesh, self._caster, surfaces, HORIZON_Z, self._threads, self._supersampling
+            self._mesh, self._caster, surfaces, eye, HORIZON_Z, self._threads, self._supersampling
         )
         sunlit = self._sunlit(reflection)
         light = reflection.bring(self._mirrored, *self._mirrored_albedo(reflection), self._sky, sunlit)

@@ -1,8 +1,8 @@
 """What glossy surfaces mirror: one ray for each pixel, blurred as wide as the surface is rough.
 
 Each pixel samples its lobe of visible normals (Heitz 2018) at one of 16 fixed points, neighbours at different
-ones, and the mean over 4 × 4 pixels of one plane holds all 16 (interleaved sampling with a discontinuity
-buffer, Keller & Heidrich 2001). Light is weighted as the lobe reflects it and normalised, so that uniform
+ones (interleaved sampling, Keller & Heidrich 2001), and shows the mean over neighbours on its plane
+(`renderers.lobe_average`). Light is weighted as the lobe reflects it and normalised, so that uniform
 surroundings are mirrored exactly; how much is reflected says `renderers.lobe_albedo`. On a curved surface no
 neighbour shares the plane: its pixels cast all 16 rays themselves.
 """
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from renderers.gbuffer import F32, I32, I64
 from renderers.lights import OFFSET_M, tangents
 from renderers.lobe_albedo import smith_lambda, visible_normal
+from renderers.lobe_average import lobe_average
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 from renderers.shadows import interleaved
 from renderers.surfaces import Surfaces
@@ -33,9 +34,6 @@ R2 = np.array([0.7548776662466927, 0.5698402909980532])
 """1/φ and 1/φ² of the plastic number φ."""
 
 LOBE_POINTS = 16
-
-SAME_PLANE = 0.999
-"""Least cosine between the normals of pixels whose rays are averaged."""
 
 
 class Reflection:
@@ -59,15 +57,18 @@ class Reflection:
         mesh: SceneMesh,
         caster: RayCaster,
         surfaces: Surfaces,
+        eye: F32,
         horizon_z: float,
         threads: Threads,
         factor: int,
     ) -> None:
         self._mesh, self._surfaces, self._horizon_z, self._threads = mesh, surfaces, horizon_z, threads
-        self._factor = factor
+        self._eye, self._factor = eye, factor
         self.glossy = np.flatnonzero((surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING))
-        blurry = surfaces.roughness[self.glossy] > SHARP_ROUGHNESS
-        self._curved = self.glossy[surfaces.curved[self.glossy] & blurry]
+        self._mirrors = np.zeros(len(surfaces.surface), dtype=np.bool_)
+        self._mirrors[self.glossy] = True
+        blurry, curved = surfaces.roughness[self.glossy] > SHARP_ROUGHNESS, surfaces.curved[self.glossy]
+        self._curved, self._flat = self.glossy[blurry & curved], self.glossy[blurry & ~curved]
         first = interleaved(surfaces.shape)
         others = (first[self._curved, None] + np.arange(1, LOBE_POINTS)) % LOBE_POINTS
         self._pixel = np.concatenate([self.glossy, np.repeat(self._curved, LOBE_POINTS - 1)])
@@ -101,9 +102,9 @@ class Reflection:
         _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
 
     def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32) -> F32:
-        """Luminance that each pixel's ray brings, (H·W, 3 L) float32 cd/m²; only glossy pixels' rows are set.
+        """Mean luminance in the lobe of each glossy pixel, (H·W, 3 L) float32 cd/m²; no other rows are set.
 
-        On a curved surface, the mean over the pixel's 16 rays.
+        On a curved surface the mean over the pixel's 16 rays, on a flat one over its neighbours' rays.
 
         Parameters
         ----------
@@ -137,13 +138,13 @@ class Reflection:
         if len(more):
             self._threads.over(len(more), others)
             _fold(light, more, self._curved, self._first_weight, self._weight[count:])
+        self._average(light)
         return light
 
     def gather(self, light: F32, part: slice, irradiance: F32) -> F32:
         """Mean luminance in the lobes of a slice of pixels, (m, 3 L) float32 cd/m².
 
-        A rough surface gathers the mean of its hemisphere, E / π; a glossy one the mean over its 4 × 4
-        neighbours on its plane of what their rays bring.
+        A rough surface gathers the mean of its hemisphere, E / π; a glossy one what its rays bring.
 
         Parameters
         ----------
@@ -152,18 +153,18 @@ class Reflection:
         irradiance : (m, 3 L) float32
             On the slice's pixels, lux.
         """
-        at = self._surfaces
-        return _gather(
-            part.start,
-            light,
-            irradiance,
-            self._first_weight,
-            at.shape,
-            at.normal,
-            at.surface,
-            at.roughness,
-            at.curved,
-        )
+        return _gather(part.start, light, irradiance, self._mirrors)
+
+    def _average(self, light: F32) -> None:
+        """Turn single rays into the mean over the lobe, where one is neither sharp nor curved."""
+        behind = np.zeros((len(light), 2), dtype=np.float32)
+
+        def locate(part: slice) -> None:
+            at, way = self._surfaces.points, self._distance[part]
+            _behind(self.glossy[part], at, self._eye, way, self._first_weight, behind)
+
+        self._threads.over(len(self.glossy), locate)
+        lobe_average(light, self._first_weight, behind, self._flat, self._surfaces, self._threads)
 
 
 @cache
@@ -296,50 +297,26 @@ def _bring(
 
 
 @njit(cache=True, nogil=True)
-def _gather(
-    start: int,
-    light: F32,
-    irradiance: F32,
-    weight: F32,
-    shape: tuple[int, int],
-    normal: F32,
-    surface: I32,
-    roughness: F32,
-    curved: NDArray[np.bool_],
-) -> F32:
-    """Mean with taps ½ 1 1 1 ½ in rows and columns, which counts each of the 16 numbers once."""
-    height, width = shape
+def _gather(start: int, light: F32, irradiance: F32, mirrors: NDArray[np.bool_]) -> F32:
+    """What `Reflection.gather` says."""
     mean = np.empty_like(irradiance)
-    for m in range(len(irradiance)):
-        i, row = start + m, mean[m]
-        if surface[i] == NOTHING or roughness[i] > MIRROR_ROUGHNESS:
-            for j in range(len(row)):
-                row[j] = irradiance[m, j] * np.float32(1 / np.pi)
-            continue
-        if roughness[i] <= SHARP_ROUGHNESS or curved[i]:
-            row[:] = light[i]
-            continue
-        row[:] = 0.0
-        total = np.float32(0.0)
-        y0, x0 = i // width, i % width
-        for y in range(max(y0 - 2, 0), min(y0 + 3, height)):
-            for x in range(max(x0 - 2, 0), min(x0 + 3, width)):
-                k = y * width + x
-                if surface[k] != surface[i]:
-                    continue
-                same = normal[k, 0] * normal[i, 0] + normal[k, 1] * normal[i, 1] + normal[k, 2] * normal[i, 2]
-                if same < SAME_PLANE:
-                    continue
-                tap = weight[k]
-                if abs(y - y0) == 2:
-                    tap *= np.float32(0.5)
-                if abs(x - x0) == 2:
-                    tap *= np.float32(0.5)
-                total += tap
-                brought = light[k]
-                for j in range(len(row)):
-                    row[j] += tap * brought[j]
-        if total > 0.0:
-            for j in range(len(row)):
-                row[j] /= total
+    for m in range(len(mean)):
+        if mirrors[start + m]:
+            mean[m] = light[start + m]
+        else:
+            for j in range(mean.shape[1]):
+                mean[m, j] = irradiance[m, j] * np.float32(1 / np.pi)
     return mean
+
+
+@njit(cache=True, nogil=True)
+def _behind(pixels: I64, points: F32, eye: F32, distance: F32, weight: F32, behind: F32) -> None:
+    """How far behind the surface a mirror image lies, over the way from the eye to it, 1 for the sky's; both
+    columns by weight.
+    """
+    for k in range(len(pixels)):
+        i = pixels[k]
+        x, y, z = points[i, 0] - eye[0], points[i, 1] - eye[1], points[i, 2] - eye[2]
+        way = np.sqrt(x * x + y * y + z * z) + distance[k]
+        share = distance[k] / way if distance[k] < np.inf else np.float32(1)
+        behind[i, 0], behind[i, 1] = weight[i] * share, weight[i]

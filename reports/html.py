@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from reports import inline, page_dlr, page_rendered
+from reports import inline
 from reports.errors import ReportError
+from reports.kind import kind_of
 from reports.page import Page
 from reports.run import load
 from reports.strips import PICTURES
@@ -36,7 +37,7 @@ def build(run_dir: Path) -> Path:
         Something in the folder is missing or damaged, or it cannot be written.
     """
     run = load(run_dir)
-    page = page_dlr.compose(run) if run.is_dlr else page_rendered.compose(run)
+    page = kind_of(run.sequence).compose(run)
     target = run_dir / "report.html"
     aside = run_dir / "report.html.part"
     try:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from reports import dissertation, dlr, figures_dlr, figures_map, provenance
+from reports import dissertation, dlr, figures_dlr, figures_map, provenance, terminal_dlr
+from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
@@ -99,3 +100,6 @@ def _pictures(run: Run) -> tuple[Picture, ...]:
             "The dissertation's figure 4-1C. Duplicates do not count as mapped; they are outlined on top.",
         ),
     )
+
+
+KIND = Kind(compose, terminal_dlr.summary, filtered=False)

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from reports import figures_effects, figures_heat, figures_map, figures_strips, headline, provenance
+from reports import (
+    figures_effects,
+    figures_heat,
+    figures_map,
+    figures_strips,
+    headline,
+    provenance,
+    terminal_rendered,
+)
 from reports.comparison import Comparison, compare
 from reports.illuminations import illuminations
+from reports.kind import Kind
 from reports.page import Page, Picture, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
@@ -123,3 +132,6 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
     if frames.left_out:
         texts.append(f"Left out: {plural(frames.left_out, 'frame')} that not every filter has.")
     return tuple(texts)
+
+
+KIND = Kind(compose, terminal_rendered.summary, rendered=True)

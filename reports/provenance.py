@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from reports.kind import kind_of
 from reports.run import Run
 from reports.wording import number
 
@@ -24,11 +25,11 @@ def lines(run: Run) -> tuple[tuple[str, str], ...]:
 
 def subtitle(run: Run) -> str:
     """One line under the title: study, scenes, when, which engine."""
-    engine = run.provenance.get("engine")
+    engine, rendered = run.provenance.get("engine"), kind_of(run.sequence).rendered
     parts = [
         f"study {run.study.get('name', run.folder.name)}",
-        f"scene {', '.join(run.scenes)}" if run.scenes and not run.is_dlr else "",
-        f"rendered by {engine}" if engine and not run.is_dlr else "",
+        f"scene {', '.join(run.scenes)}" if run.scenes and rendered else "",
+        f"rendered by {engine}" if engine and rendered else "",
         str(run.provenance.get("started") or run.provenance.get("created") or "")[:10],
     ]
     return " · ".join(p for p in parts if p)

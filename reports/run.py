@@ -12,6 +12,7 @@ import numpy as np
 
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
 from reports.errors import ReportError
+from reports.kind import kind_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -48,9 +49,9 @@ class Run:
     filters: tuple[str, ...]
 
     @property
-    def is_dlr(self) -> bool:
-        """Whether the run replays the DLR log."""
-        return self.study.get("sequence") == "dlr"
+    def sequence(self) -> str:
+        """The kind of study (`reports.kind`)."""
+        return str(self.study.get("sequence"))
 
     @property
     def title(self) -> str:
@@ -89,11 +90,11 @@ def load(folder: Path) -> Run:
     if not folder.is_dir():
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
-    is_dlr = study.get("sequence") == "dlr"
+    filtered = kind_of(str(study.get("sequence"))).filtered
     runs = _table(folder / "runs.parquet", RUN_COLUMNS)
-    frames = _frames(folder / "frames.parquet", optional=is_dlr)
+    frames = _frames(folder / "frames.parquet", optional=not filtered)
     filters = _filter_order(study, frames, runs)
-    if not is_dlr and BASELINE not in filters:
+    if filtered and BASELINE not in filters:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )

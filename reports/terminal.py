@@ -6,25 +6,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from reports import dissertation, dlr
-from reports.run import Run, load
-from reports.wording import NBSP, number
+from reports.kind import kind_of
+from reports.run import load
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
-
-COLUMNS_PER_TABLE = 4
-DLR_HEADINGS = (
-    "RMSE\nm",
-    "aligned\nm",
-    "max X\nerror²\nm²",
-    "max Y\nerror²\nm²",
-    "landmarks\nmapped",
-    "dupli-\ncates",
-    "NEES",
-    "association\nprec./recall",
-)
 
 
 def summary(run_dir: Path) -> RenderableType:
@@ -41,63 +28,11 @@ def summary(run_dir: Path) -> RenderableType:
         Something in the folder is missing or damaged.
     """
     run = load(run_dir)
-    return _dlr(run) if run.is_dlr else _rendered(run)
+    return kind_of(run.sequence).summary(run)
 
 
-def _rendered(run: Run) -> RenderableType:
-    from rich.console import Group
-
-    from reports.comparison import compare
-    from reports.headline import failed_text
-    from reports.tables import BASELINE_NOTE, COLUMNS, cell_text, failures, headline, mark
-    from reports.verdict import mask_verdict, verdict
-
-    comparison = compare(run)
-    rows = headline(run, comparison)
-    tables = []
-    for start in range(0, len(rows), COLUMNS_PER_TABLE):
-        shown = rows[start : start + COLUMNS_PER_TABLE]
-        table = _table("all illuminations pooled", [row.label for row in shown])
-        for column in COLUMNS:
-            table.add_row(
-                column.heading, *(_cell(*cell_text(column, row), mark(column, row)) for row in shown)
-            )
-        table.add_row("SLAM runs failed", *(failed_text(row) for row in shown))
-        tables.append(table)
-    notes = [
-        f"{BASELINE_NOTE} After a value: its 95 % interval. ▲ better, ▼ worse than doing nothing.",
-        *(f"failed: {f.filter}, {f.count} x: {f.reason}" for f in failures(run)),
-    ]
-    sentences = [verdict(run, comparison), mask_verdict(run, comparison)]
-    return Group(*_paragraphs(sentences, "bold"), *tables, *_paragraphs(notes, "dim"))
-
-
-def _cell(value: str, bounds: str, kind: str) -> str:
-    """A value, its mark and its interval on one line."""
-    arrow = {"better": "▲", "worse": "▼"}.get(kind, "")
-    return f"{value}{arrow} {bounds.replace(NBSP, '')}".rstrip()
-
-
-def _dlr(run: Run) -> RenderableType:
-    from rich.console import Group
-
-    table = _table("association\n· observation", DLR_HEADINGS)
-    for one in dlr.dlr_runs(run):
-        cells = [c.ours(one.row) for c in dlr.COLUMNS] if one.ok else ["failed"]
-        table.add_row(one.label, *cells)
-    table.add_section()
-    for published in dissertation.ROWS:
-        table.add_row(published.label, *(c.theirs(published) for c in dlr.COLUMNS), style="dim")
-    failed = [f"{one.label}: {one.row['status']}" for one in dlr.dlr_runs(run) if not one.ok]
-    notes = [
-        dissertation.DIFFERENCE,
-        f"Bound for any online estimator: {number(dissertation.BOUND_M)} m. NEES of a consistent filter: 3.",
-        *failed,
-    ]
-    return Group(table, *_paragraphs(notes, "dim"))
-
-
-def _table(corner: str, headings: Iterable[str]) -> Table:
+def text_table(corner: str, headings: Iterable[str]) -> Table:
+    """A table with one column of labels and one of numbers for each heading."""
     from rich import box
     from rich.table import Table
 
@@ -108,7 +43,8 @@ def _table(corner: str, headings: Iterable[str]) -> Table:
     return table
 
 
-def _paragraphs(sentences: Iterable[str], style: str) -> list[RenderableType]:
+def paragraphs(sentences: Iterable[str], style: str) -> list[RenderableType]:
+    """Each sentence with an empty line below it."""
     from rich.padding import Padding
     from rich.text import Text
 

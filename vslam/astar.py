@@ -77,7 +77,16 @@ def shortest_path(
     return GridPath(cells, float((straight + diagonal * _DIAGONAL) * resolution))
 
 
-@njit(cache=True)
+# The open list is a ring of buckets by f (Dial 1969): no heap, pushing and popping cost a few loads. Entries
+# of one bucket come out unordered, so a cell may be expanded again when its g still falls; the narrower the
+# bucket, the rarer that is. f grows by two diagonals at most from a cell to the next: that bounds the ring.
+_BUCKETS_PER_CELL = 32.0
+_RING = 128
+
+_BLOCKED, _EXPANDED = 1, 2
+
+
+@njit(cache=True, inline="always")
 def _octile(dr: int, dc: int) -> float:
     """Admissible and consistent h: the path length on an empty grid, in cells."""
     dr, dc = abs(dr), abs(dc)
@@ -87,99 +96,87 @@ def _octile(dr: int, dc: int) -> float:
 @njit(cache=True)
 def _search(blocked, r0, c0, r1, c1):  # type: ignore[no-untyped-def]  # numba infers
     """Straight and diagonal steps of the best path (−1 when there is none) and its cells."""
-    rows, cols = blocked.shape
-    g = np.full(rows * cols, np.inf)
-    parent = np.full(rows * cols, -1, dtype=np.int64)
-    closed = np.zeros(rows * cols, dtype=np.bool_)
-    capacity = 1024
-    keys, nodes = np.empty(capacity), np.empty(capacity, dtype=np.int64)
-    start, goal = r0 * cols + c0, r1 * cols + c1
+    state, cols = _padded(blocked)  # with a blocked rim, no neighbour lies outside
+    start, goal = (r0 + 1) * cols + c0 + 1, (r1 + 1) * cols + c1 + 1
+    row_moves = np.array([0, 0, -1, 1, -1, -1, 1, 1])
+    col_moves = np.array([-1, 1, 0, 0, -1, 1, -1, 1])
+    moves = row_moves * cols + col_moves
+    g = np.full(len(state), np.inf)
+    came_by = np.full(len(state), -1, dtype=np.int8)
+    first = np.full(_RING, -1, dtype=np.int64)  # of each bucket's chain of entries
+    nodes, following = np.empty(1024, dtype=np.int64), np.empty(1024, dtype=np.int64)
     g[start] = 0.0
-    keys[0], nodes[0], size = _octile(r1 - r0, c1 - c0), start, 1
-    while size > 0:
-        node = nodes[0]
-        size = _pop(keys, nodes, size)
-        if closed[node]:  # an older, longer entry of the same cell
+    bucket = int(_octile(r1 - r0, c1 - c0) * _BUCKETS_PER_CELL)
+    nodes[0], following[0], first[bucket % _RING] = start, -1, 0
+    entries, waiting, unused = 1, 1, -1  # entries made, entries in buckets, chain of entries to use again
+    # the goal's g is final once every bucket that could still lower it is empty
+    while waiting > 0 and bucket <= g[goal] * _BUCKETS_PER_CELL:
+        entry = first[bucket % _RING]
+        if entry < 0:
+            bucket += 1
             continue
-        closed[node] = True
-        if node == goal:
-            return _trace(parent, goal, cols)
-        r, c = node // cols, node % cols
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                nr, nc = r + dr, c + dc
-                if nr < 0 or nr >= rows or nc < 0 or nc >= cols or blocked[nr, nc]:
+        node = nodes[entry]
+        first[bucket % _RING] = following[entry]
+        following[entry], unused = unused, entry
+        waiting -= 1
+        if state[node] & _EXPANDED:  # an older, longer entry of the same cell
+            continue
+        state[node] |= _EXPANDED
+        r, c = node // cols - 1, node % cols - 1
+        for k in range(8):
+            near = node + moves[k]
+            if state[near] & _BLOCKED:
+                continue
+            cost = g[node] + 1.0
+            if k >= 4:
+                if (state[node + col_moves[k]] | state[near - col_moves[k]]) & _BLOCKED:
                     continue
-                step = 1.0
-                if dr != 0 and dc != 0:
-                    if blocked[r, nc] or blocked[nr, c]:
-                        continue
-                    step = _DIAGONAL
-                following = nr * cols + nc
-                cost = g[node] + step
-                if not closed[following] and cost < g[following]:
-                    g[following] = cost
-                    parent[following] = node
-                    if size == capacity:
-                        keys = np.concatenate((keys, np.empty(capacity)))
-                        nodes = np.concatenate((nodes, np.empty(capacity, dtype=np.int64)))
-                        capacity *= 2
-                    size = _push(keys, nodes, size, cost + _octile(r1 - nr, c1 - nc), following)
-    return -1, -1, np.empty((0, 2), dtype=np.int64)
+                cost = g[node] + _DIAGONAL
+            if cost < g[near]:
+                g[near], came_by[near] = cost, k
+                state[near] &= ~_EXPANDED
+                f = cost + _octile(r1 - r - row_moves[k], c1 - c - col_moves[k])
+                slot = max(int(f * _BUCKETS_PER_CELL), bucket) % _RING  # max: rounding must not lose an entry
+                entry = unused
+                if entry >= 0:
+                    unused = following[entry]
+                else:
+                    if entries == len(nodes):
+                        nodes = np.concatenate((nodes, np.empty(entries, dtype=np.int64)))
+                        following = np.concatenate((following, np.empty(entries, dtype=np.int64)))
+                    entry = entries
+                    entries += 1
+                nodes[entry], following[entry], first[slot] = near, first[slot], entry
+                waiting += 1
+    if g[goal] == np.inf:
+        return -1, -1, np.empty((0, 2), dtype=np.int64)
+    return _trace(came_by, moves, start, goal, cols)
 
 
 @njit(cache=True)
-def _push(keys, nodes, size, key, node):  # type: ignore[no-untyped-def]
-    """Add to the 4-ary heap; its new size."""
-    i = size
-    while i > 0:
-        up = (i - 1) // 4
-        if keys[up] <= key:
-            break
-        keys[i], nodes[i] = keys[up], nodes[up]
-        i = up
-    keys[i], nodes[i] = key, node
-    return size + 1
+def _padded(blocked):  # type: ignore[no-untyped-def]
+    """Cell states, row by row, with a blocked rim of one cell, and how many stand in a row."""
+    rows, cols = blocked.shape
+    state = np.full((rows + 2, cols + 2), _BLOCKED, dtype=np.uint8)
+    for r in range(rows):
+        for c in range(cols):
+            state[r + 1, c + 1] = _BLOCKED if blocked[r, c] else 0
+    return state.ravel(), cols + 2
 
 
 @njit(cache=True)
-def _pop(keys, nodes, size):  # type: ignore[no-untyped-def]
-    """Drop the smallest of the 4-ary heap; its new size."""
-    size -= 1
-    key, node = keys[size], nodes[size]
-    i = 0
-    while True:
-        first = 4 * i + 1
-        if first >= size:
-            break
-        least = first
-        for child in range(first + 1, min(first + 4, size)):
-            if keys[child] < keys[least]:
-                least = child
-        if keys[least] >= key:
-            break
-        keys[i], nodes[i] = keys[least], nodes[least]
-        i = least
-    keys[i], nodes[i] = key, node
-    return size
-
-
-@njit(cache=True)
-def _trace(parent, goal, cols):  # type: ignore[no-untyped-def]
+def _trace(came_by, moves, start, goal, cols):  # type: ignore[no-untyped-def]
     """Steps counted as integers, so that the cost carries no summation error."""
-    length, node = 1, goal
-    while parent[node] >= 0:
-        node = parent[node]
-        length += 1
-    cells = np.empty((length, 2), dtype=np.int64)
     node, straight, diagonal = goal, 0, 0
-    for i in range(length - 1, -1, -1):
-        cells[i, 0], cells[i, 1] = node // cols, node % cols
-        up = parent[node]
-        if up >= 0:
-            if up // cols != node // cols and up % cols != node % cols:
-                diagonal += 1
-            else:
-                straight += 1
-        node = up
+    while node != start:
+        if came_by[node] < 4:
+            straight += 1
+        else:
+            diagonal += 1
+        node -= moves[came_by[node]]
+    cells = np.empty((straight + diagonal + 1, 2), dtype=np.int64)
+    node = goal
+    for i in range(straight + diagonal, -1, -1):
+        cells[i, 0], cells[i, 1] = node // cols - 1, node % cols - 1
+        node -= moves[max(came_by[node], 0)]
     return straight, diagonal, cells

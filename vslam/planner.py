@@ -1,4 +1,4 @@
-"""Plans for a round robot: the grid inflated by its radius, then A*."""
+"""Plans for a round robot: the grid inflated by its radius, then A*, then the path pulled tight if wanted."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from vslam.astar import NoPath, shortest_path
 from vslam.errors import VslamError
+from vslam.line_of_sight import pulled_tight
 from vslam.occupancy import OccupancyGrid
 
 FloatArray = NDArray[np.float64]
@@ -76,8 +77,12 @@ class Planner:
         inflated = inflate(blocked, robot_radius_m, resolution)
         return Planner(inflated, np.asarray(origin, dtype=np.float64), resolution)
 
-    def plan(self, start_xy: ArrayLike, goal_xy: ArrayLike) -> Plan | PlanFailure:
-        """The shortest path between two points in metres, or the reason why there is none."""
+    def plan(self, start_xy: ArrayLike, goal_xy: ArrayLike, any_angle: bool = False) -> Plan | PlanFailure:
+        """The shortest path between two points in metres, or the reason why there is none.
+
+        ``any_angle`` pulls the path over neighbouring cells tight: shorter, with few corners, through free
+        cells alone; it need not be the shortest of all such paths.
+        """
         start, goal = (np.asarray(p, dtype=np.float64).reshape(2) for p in (start_xy, goal_xy))
         if not np.isfinite([start, goal]).all():
             return PlanFailure("start or goal is not finite")
@@ -89,6 +94,9 @@ class Planner:
         # The ends leave their cells straight for the next centre: two neighbouring cells (or the four around
         # a diagonal step, all free) are convex, so that stays in free cells.
         path = np.vstack([start, centres[1:-1], goal])
+        if any_angle:
+            cells_xy = (path - self.origin) / self.resolution
+            path = self.origin + pulled_tight(self.blocked, cells_xy) * self.resolution
         return Plan(path, float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()))
 
 
@@ -98,6 +106,7 @@ def plan(
     goal_xy: ArrayLike,
     robot_radius_m: float,
     unknown_is_blocked: bool = True,
+    any_angle: bool = False,
 ) -> Plan | PlanFailure:
     """One plan on a grid; for many, keep a `Planner`.
 
@@ -109,12 +118,14 @@ def plan(
     robot_radius_m : float
     unknown_is_blocked : bool
         Whether cells that nobody saw are out of bounds.
+    any_angle : bool
+        Whether the path is pulled tight.
 
     Returns
     -------
     Plan or PlanFailure
     """
-    return Planner.of_grid(grid, robot_radius_m, unknown_is_blocked).plan(start_xy, goal_xy)
+    return Planner.of_grid(grid, robot_radius_m, unknown_is_blocked).plan(start_xy, goal_xy, any_angle)
 
 
 def inflate(blocked: BoolArray, radius_m: float, resolution: float) -> BoolArray:

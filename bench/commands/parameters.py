@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from bench.study import DlrStudy, RenderedStudy
+    from bench.study import Study
 
 
 class SplitName(StrEnum):
@@ -49,9 +49,7 @@ SplitOption = Annotated[
 ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The results folder.")]
 
 
-def placed(
-    study: RenderedStudy | DlrStudy, scene: str | None, split: SplitName | None, data: Path | None = None
-) -> RenderedStudy | DlrStudy:
+def placed(study: Study, scene: str | None, split: SplitName | None, data: Path | None = None) -> Study:
     """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study

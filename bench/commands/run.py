@@ -21,7 +21,7 @@ from bench.commands.parameters import (
 )
 
 if TYPE_CHECKING:
-    from bench.study import DlrStudy, RenderedStudy
+    from bench.study import Study
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 
@@ -69,9 +69,7 @@ def run(
     show(runner.run(chosen, options, Bars(), report=html.build))
 
 
-def _override(
-    study: RenderedStudy | DlrStudy, engine: EngineName | None, seed: int | None
-) -> RenderedStudy | DlrStudy:
+def _override(study: Study, engine: EngineName | None, seed: int | None) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
 

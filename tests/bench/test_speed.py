@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from bench import cli
-from bench.speed import basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.speed import astar, basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
 from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
 from renderers.truth import record
+from vslam.astar import GridPath, shortest_path
 
 TINY = Configuration(
     width=32, height=24, poses=2, illuminations=8, laps=0.2, rounds=2, processes=1, fast_bake=True
@@ -25,7 +26,7 @@ def tiny(tmp_path_factory):
     return replace(TINY, cache=tmp_path_factory.mktemp("baked"))
 
 
-@pytest.mark.parametrize("name", ["basis", "generate", "relight_expose", "sweep"])
+@pytest.mark.parametrize("name", list(registry.benchmarks()))
 def test_each_benchmark_measures_both_sides(tiny, name):
     result = measure(registry.benchmarks()[name], tiny)
     assert result.name == name
@@ -127,3 +128,10 @@ def test_eight_lights_cast_shadows_in_basis(tiny):
 
 def test_the_copy_is_measured():
     assert copy_bandwidth(size=1_000_000, repeats=1) > 1e7
+
+
+def test_both_planners_find_the_same_cost():
+    blocked = astar.grid(60)
+    path = shortest_path(blocked, (0, 0), (59, 59), 1.0)
+    assert isinstance(path, GridPath)
+    assert path.cost_m == pytest.approx(astar.dijkstra_cost(blocked), abs=1e-6)

@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from evo.core import metrics, sync
+from evo.tools import file_interface
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -170,6 +172,30 @@ def test_euroc_body_poses_and_extrinsics_give_tum_s_camera_poses(root, sequence)
     # straight ahead at the tour's speed
     np.testing.assert_allclose(np.hypot(truth[:, 8], truth[:, 9]), sequence.study.tour.speed_mps, rtol=1e-9)
     assert (truth[:, 10:] == 0).all()
+
+
+def test_evo_reads_one_trajectory_from_both_layouts(root, sequence):
+    """The robot's ground truth in EuRoC, times the camera's place on it, is TUM's: in evo's own numbers."""
+    mav0 = _folder(root, "euroc") / "mav0"
+    T_BS = np.reshape(yaml.safe_load((mav0 / "cam0/sensor.yaml").read_text())["T_BS"]["data"], (4, 4))
+    camera_track = file_interface.read_tum_trajectory_file(_folder(root, "tum") / "groundtruth.txt")
+    body_track = file_interface.read_euroc_csv_trajectory(mav0 / "state_groundtruth_estimate0/data.csv")
+    for track in (camera_track, body_track):
+        valid, details = track.check()
+        assert valid, details
+    body_track, camera_track = sync.associate_trajectories(body_track, camera_track, max_diff=1e-6)
+    assert body_track.num_poses == FRAMES
+    np.testing.assert_allclose(
+        body_track.positions_xyz[:, :2], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8
+    )
+    yaw = body_track.get_orientations_euler("sxyz")[:, 2]
+    np.testing.assert_allclose(
+        np.exp(1j * yaw), np.exp(1j * sequence.scene.tour.poses[:FRAMES, 2]), atol=1e-8
+    )
+    body_track.transform(T_BS, right_mul=True)
+    apart = metrics.APE(metrics.PoseRelation.full_transformation)
+    apart.process_data((camera_track, body_track))
+    assert apart.get_statistic(metrics.StatisticsType.max) < 1e-7
 
 
 def test_euroc_odometry_adds_up_to_the_way_driven(root, sequence):
