@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -22,6 +23,11 @@ BoolArray = NDArray[np.bool_]
 
 BUDGET = 20_000
 """Joint tests of one picture at most, about 10 ms; then the best hypothesis so far stands."""
+
+
+def joint_bounds(gate: float, most: int) -> FloatArray:
+    """χ² quantiles of ``gate`` for 0 … ``most`` pairings of two degrees of freedom each; the first is 0."""
+    return np.append(0.0, chi2.ppf(gate, 2 * np.arange(1, most + 1)))
 
 
 @njit(cache=True)

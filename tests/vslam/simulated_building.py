@@ -7,6 +7,7 @@ with four degrees of freedom: heavy tails, as the log has them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ def simulate(seed: int = 0, tour=None, discs: FloatArray | None = None, density:
     poses = np.column_stack([to_local(start, way[:, :2]), way[:, 2] - start[2]])
     steps = [
         (_odometry(a, b, generator), _observe(b, world, generator))
-        for a, b in zip(poses[:-1], poses[1:], strict=True)
+        for a, b in pairwise(poses)
     ]
     return Building(steps, poses[1:], world)
 
@@ -56,7 +57,7 @@ def _track(corners: FloatArray) -> FloatArray:
     """Poses every STEP_M along the polyline, its corners rounded by a moving average."""
     pieces = [
         np.linspace(a, b, max(2, round(float(np.hypot(*(b - a))) / STEP_M)), endpoint=False)
-        for a, b in zip(corners[:-1], corners[1:], strict=True)
+        for a, b in pairwise(corners)
     ]
     points = np.concatenate([*pieces, corners[-1:]])
     half = 6

@@ -41,7 +41,10 @@ LARGEST_R_M = 0.3
 SMALLEST_R_M = 0.03
 """Nor so exact: a chance coincidence must not count as if discs were known to the millimetre."""
 
-_MOST = 128
+MOST_PLACES = 8
+"""Alignments returned at most: who has that many to choose from cannot choose."""
+
+_MOST, _MOST_ROWS = 128, 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,16 +75,16 @@ def density(points: FloatArray) -> float:
     nearest neighbours. A corridor's walls and what lies between corridors do not thin it out.
 
     On a square lattice this is exact; of discs scattered at random, circles of d̄ cover 1 − e^(−π/4) = 54 % (Clark &
-    Evans 1954), so λ comes out 1.8 times too large, which is the safe side.
+    Evans 1954), so λ comes out 1.8 times too large, which is the safe side. Off that floor p is 0, which is safer still.
     """
     if len(points) < 2:
         return 1.0
     tree = cKDTree(points)
     spacing = float(np.mean(tree.query(points, k=2)[0][:, 1]))
-    # Area of the union: each circle's points count by how many circles share them. 12 directions × 3 radii of
-    # equal area.
-    angle = np.arange(36) * (2 * np.pi / 12)
-    radius = spacing * np.sqrt((np.arange(36) // 12 + 0.5) / 3)
+    # Area of the union: each circle's points count by how many circles share them. 36 points on Vogel's
+    # spiral stand for equal areas.
+    angle = np.arange(36) * (np.pi * (3.0 - np.sqrt(5.0)))
+    radius = spacing * np.sqrt((np.arange(36) + 0.5) / 36)
     around = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
     shared = tree.query_ball_point(
         (points[:, None] + around).reshape(-1, 2), spacing * (1 + 1e-9), return_length=True
@@ -128,15 +131,14 @@ def recognise(
         np.ascontiguousarray(query), reference, pairs[order], lengths[order], origin, cells, discs_per_m2,
         _log_binomials(len(query)), log_limit, float(np.cos(min(largest_turn, np.pi))), float(largest_shift),
     )  # fmt: skip
-    penalty = np.log10(max(tried, 1) * max(len(query) - 2, 1))
-    kept: list[Alignment] = []
+    found[:, 0] += np.log10(max(tried, 1) * max(len(query) - 2, 1))
+    found = found[found[:, 0] <= log_limit]
+    found = found[np.argsort(found[:, 0], kind="stable")]
     tree = cKDTree(reference)
-    for row in found[np.argsort(found[:, 0], kind="stable")]:
-        if row[0] + penalty > log_limit:
-            break
-        if any(_same_place(row, other, query) for other in kept):
-            continue
-        kept.append(_refined(query, reference, tree, row, float(row[0] + penalty)))
+    kept: list[Alignment] = []
+    while len(found) and len(kept) < MOST_PLACES:
+        kept.append(_refined(query, reference, tree, found[0]))
+        found = found[~_same_place(found, kept[-1], query)]
     return kept
 
 
@@ -225,7 +227,7 @@ def _search(
 ) -> tuple[FloatArray, int]:
     """Rows (log10 of the binomial tail, cos, sin, x, y, r) of alignments that may be significant, and N."""
     n = len(query)
-    rows = np.empty((20_000, 6))
+    rows = np.empty((_MOST_ROWS, 6))
     count, tried = 0, 0
     squares = np.empty(n)
     gx, gy = np.mean(query[:, 0]), np.mean(query[:, 1])
@@ -279,10 +281,16 @@ def _search(
                     tail = log_binomials[h + 1] + (h + 1) * np.log10(p)
                     if tail < best:
                         best, radius = tail, np.sqrt(max(squares[h], SMALLEST_R_M**2))
-                if best + np.log10(tried + 0.0) > log_limit or count == len(rows):
+                if best + np.log10(tried + 0.0) > log_limit:
                     continue
-                rows[count] = best, c, s, tx, ty, radius
-                count += 1
+                place = count
+                if count < len(rows):
+                    count += 1
+                else:  # full: the least significant one makes room
+                    place = np.argmax(rows[:, 0])
+                    if rows[place, 0] <= best:
+                        continue
+                rows[place] = best, c, s, tx, ty, radius
     return rows[:count], tried
 
 
@@ -298,10 +306,10 @@ def _best_radius(distances: FloatArray, density: float) -> tuple[float, float]:
     return float(tails[best]), float(max(distances[best], SMALLEST_R_M))
 
 
-def _same_place(row: FloatArray, other: Alignment, query: FloatArray) -> bool:
-    """Whether two alignments lay the query on the same place: no disc moves by half a typical spacing."""
-    here = _laid(query, row)
-    return bool(np.hypot(*(here - _moved(query, other.turn, other.shift)).T).max() < 2 * LARGEST_R_M)
+def _same_place(rows: FloatArray, other: Alignment, query: FloatArray) -> NDArray[np.bool_]:
+    """Which alignments lay the query on the place of another one: no disc moves by half a typical spacing."""
+    there = _moved(query, other.turn, other.shift)
+    return np.array([np.hypot(*(_laid(query, row) - there).T).max() < 2 * LARGEST_R_M for row in rows], dtype=bool)
 
 
 def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
@@ -311,10 +319,10 @@ def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
 
 
 def _refined(
-    query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray, log_nfa: float
+    query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray
 ) -> Alignment:
     """Fit an alignment to all discs that coincide under it, twice."""
-    moved, radius = _laid(query, row), row[5]
+    log_nfa, moved, radius = float(row[0]), _laid(query, row), row[5]
     a, b = _mutual(*tree.query(moved), max(radius, LENGTH_TOLERANCE_M))
     turn, shift = _rigid(query, a, reference[b])
     a, b = _mutual(*tree.query(_moved(query, turn, shift)), max(radius, LENGTH_TOLERANCE_M))

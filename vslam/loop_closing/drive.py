@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.ekf import _check_observations, _check_odometry
+from vslam.backends.parts.input_checks import check_observations, check_odometry
 from vslam.frame import Observations, Odometry
 from vslam.geometry import to_global
 from vslam.loop_closing.closer import Bounds, closures
@@ -75,8 +75,8 @@ class Drive:
         VslamError
             For input that is not finite or covariances that are not positive definite.
         """
-        _check_odometry(odometry)
-        _check_observations(observations)
+        check_odometry(odometry)
+        check_observations(observations)
         tracks = self._local.step(odometry, observations)
         picture = len(self._record)
         self._record.add(odometry, observations, tracks)

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 
 from vslam.frame import Observations, Odometry
 from vslam.geometry import rotation
-from vslam.joint_compatibility import BUDGET, branch_and_bound
+from vslam.joint_compatibility import BUDGET, branch_and_bound, joint_bounds
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,7 +36,7 @@ class LocalMap:
     """
 
     def __init__(self, gate: float, new_gate: float) -> None:
-        self._bounds = np.append(0.0, chi2.ppf(gate, 2 * np.arange(1, 65)))
+        self._gate, self._bounds = gate, joint_bounds(gate, 32)
         self._new = float(chi2.ppf(new_gate, 2))
         self.numbers = np.zeros(0, dtype=np.int64)
         self.points = np.zeros((0, 2))
@@ -86,6 +86,8 @@ class LocalMap:
         n, m = len(points), len(self.points)
         if not n or not m:
             return np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=bool)
+        if n >= len(self._bounds):
+            self._bounds = joint_bounds(self._gate, 2 * n)
         Z = points[:, None] - self.points[None]
         C = self._blocks()[None] + S[:, None]
         distances = np.einsum("nmi,nmi->nm", Z, np.linalg.solve(C, Z[..., None])[..., 0])
