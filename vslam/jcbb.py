@@ -1,4 +1,5 @@
-"""Association ``jcbb``: all observations of a picture at once, under their joint χ² test (Neira & Tardós 2001)."""
+"""Association ``jcbb``: all observations of a picture at once, under their joint χ² test (Neira &
+Tardós 2001)."""
 
 from __future__ import annotations
 
@@ -66,11 +67,10 @@ def _joint(
     z, S = model.measure(observations)
     H_R, H_L = model.h_jacobians(pose, landmarks)
     k = len(near)
-    H = np.zeros((k, 2, 3 + 2 * k))
-    H[:, :, :3] = H_R
+    H = np.zeros((2 * k, 3 + 2 * k))
+    H[:, :3] = H_R.reshape(-1, 3)
     for j in range(k):
-        H[j, :, 3 + 2 * j : 5 + 2 * j] = H_L[j]
-    H = H.reshape(2 * k, -1)
+        H[2 * j : 2 * j + 2, 3 + 2 * j : 5 + 2 * j] = H_L[j]
     projected = H @ backend.joint_covariance(near) @ H.T
     Z = model.innovation(z[:, None, :], model.h(pose, landmarks)[None, :, :])
     return np.ascontiguousarray(Z), projected, np.ascontiguousarray(S)

@@ -1,7 +1,7 @@
 """Joint compatibility branch and bound (Neira & Tardós 2001, sections IV and V).
 
 A hypothesis is jointly compatible when the squared Mahalanobis distance of all its innovations together,
-D² = Zᵀ C⁻¹ Z, lies under the χ² quantile of their degrees of freedom (their eq. 14). C = H P Hᵀ + S has the full
+D² = Zᵀ C⁻¹ Z, lies under the χ² quantile of their degrees of freedom. C = H P Hᵀ + S has the full
 cross-covariances between pairings: errors of the robot's pose and of neighbouring landmarks shift all
 innovations alike, and that is what the joint test knows and individual gates do not.
 

@@ -190,9 +190,7 @@ def run_slam(
     )
 
 
-def _run_drive(
-    steps: Sequence[tuple[Odometry, Observations]], associator: Constellation
-) -> SlamResult:
+def _run_drive(steps: Sequence[tuple[Odometry, Observations]], associator: Constellation) -> SlamResult:
     """A run whose pairings are known at its end alone: the map is that of the smoothed track."""
     start = time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):

@@ -1,7 +1,7 @@
 """A building of corridors whose truth is known: discs on the floor, a drive with loops, the DLR log's noise.
 
-The stated covariances are the medians that the log states. The noise of observations has them, but as Student's t
-with four degrees of freedom: heavy tails, as the log has them.
+The stated covariances are the medians that the log states. The noise of observations has them, but as
+Student's t with four degrees of freedom: heavy tails, as the log has them.
 """
 
 from __future__ import annotations
@@ -46,10 +46,7 @@ def simulate(seed: int = 0, tour=None, discs: FloatArray | None = None, density:
     start = way[0]
     world = to_local(start, world)
     poses = np.column_stack([to_local(start, way[:, :2]), way[:, 2] - start[2]])
-    steps = [
-        (_odometry(a, b, generator), _observe(b, world, generator))
-        for a, b in pairwise(poses)
-    ]
+    steps = [(_odometry(a, b, generator), _observe(b, world, generator)) for a, b in pairwise(poses)]
     return Building(steps, poses[1:], world)
 
 

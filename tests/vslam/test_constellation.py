@@ -1,4 +1,5 @@
-"""Places known by their discs: found where they are, not where they are not, and several where a building repeats."""
+"""Places known by their discs: found where they are, not where they are not, and several where a
+building repeats."""
 
 import numpy as np
 import pytest

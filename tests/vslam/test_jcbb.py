@@ -50,7 +50,9 @@ def brute_force(Z, projected, S, bounds):
         if len({j for _, j in pairs}) < len(pairs) or not pairs:
             continue
         alone = all(squared([pair], Z, projected, S) <= bounds[1] for pair in pairs)
-        if not alone or any(squared(pairs[:k], Z, projected, S) > bounds[k] for k in range(1, len(pairs) + 1)):
+        if not alone or any(
+            squared(pairs[:k], Z, projected, S) > bounds[k] for k in range(1, len(pairs) + 1)
+        ):
             continue
         score = (len(pairs), -squared(pairs, Z, projected, S))
         if best[0][0] == 0 or score > best[0]:
@@ -96,7 +98,7 @@ def seen(points, sigma=0.03):
 def test_the_slip_is_common_to_all_observations(form):
     """Nearest neighbours pair landmarks crosswise; one slip explains all three observations at once."""
     row = np.array([[2.0, 0.0], [2.0, 1.0], [2.3, 1.8]])
-    backend, slipped = backend_with(row, 0.5, form), seen(row + [0.0, 0.6])
+    backend, slipped = backend_with(row, 0.5, form), seen(row + np.array([0.0, 0.6]))
     assert Icnn(GATE, NEW_GATE).associate(backend, slipped).tolist() != [0, 1, 2]
     assert Jcbb(GATE, NEW_GATE).associate(backend, slipped).tolist() == [0, 1, 2]
 
@@ -104,7 +106,7 @@ def test_the_slip_is_common_to_all_observations(form):
 def test_an_observation_that_fits_alone_but_not_with_the_others_is_discarded():
     row = np.array([[2.0, 0.0], [2.0, 3.0], [2.0, 6.0]])
     backend = backend_with(row, 0.5)
-    spoilt = seen(row + [[0.0, 0.6], [0.0, 0.6], [0.0, -0.6]])
+    spoilt = seen(row + np.array([[0.0, 0.6], [0.0, 0.6], [0.0, -0.6]]))
     assert (squared_distances(backend, spoilt).diagonal() < chi2.ppf(GATE, 2)).all()
     assert Jcbb(GATE, NEW_GATE).associate(backend, spoilt).tolist() == [0, 1, DISCARDED]
 

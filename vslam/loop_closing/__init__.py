@@ -1,1 +1,2 @@
-"""SLAM that closes large loops: a local map that tracks discs, constellations that are recognised, a factor graph."""
+"""Large loops: a local map that tracks discs, constellations that are recognised, a track that is
+smoothed."""

@@ -1,13 +1,13 @@
-"""Which fragments are one disc: alignments that are significant, agree with the drive, and are the only ones that do.
+"""Which fragments are one disc: by alignments that are significant, agree with the drive, and have no rival.
 
 Three questions to an alignment of what was seen lately (the query) with what was seen before (the reference):
 
 1. Would it happen by accident? Its number of false alarms says so (`vslam.loop_closing.constellation`).
 2. Does it agree with the drive between? Its displacement, a turn and a shift, has the covariance that the
-   smoother's joint covariance of the landmarks implies: a χ² test of three degrees of freedom, the joint compatibility
-   of Neira & Tardós 2001 for two maps.
-3. Is there another one that would pass both? Then the place repeats itself and nothing is merged; the robot drives on,
-   and asks again when it knows more.
+   smoother's joint covariance of the landmarks implies: a χ² test of three degrees of freedom, the joint
+   compatibility of Neira & Tardós 2001 for two maps.
+3. Is there another one that would pass both? Then the place repeats itself and nothing is merged; the robot
+   drives on, and asks again when the drive is over.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ LOG_NFA = -4.0
 """One false closure in 10,000 queries: some hundred queries make one in a hundred buildings."""
 
 RIVAL_SHARE = 0.5
-"""A rival counts when it is half as significant as the best, in decades. A place that repeats itself fits one period off
-with all discs but those at its ends, so its rival is nearly as good; an accident is not."""
+"""A rival counts when it is half as significant as the best, in decades. A place that repeats itself fits one
+period off with all discs but those at its ends, so its rival is nearly as good; an accident is not."""
 
 ONE_SIGHT_M = 0.045
-"""What two maps of one place may differ by even if they are exact in themselves: errors of calibration do not average
-out over many sights, so the σ of one (the DLR log's median) stays."""
+"""What two maps of one place may differ by even if they are exact in themselves: errors of calibration do not
+average out over many sights, so the σ of one (the median that the DLR log states) stays."""
 
 
 @dataclass(frozen=True)
@@ -112,10 +112,10 @@ def displacement(estimate: Estimate, query: IntArray, reference: IntArray, align
     # Covariance of the differences: a − b.
     C = joint[: 2 * k, : 2 * k] + joint[2 * k :, 2 * k :] - joint[: 2 * k, 2 * k :] - joint[2 * k :, : 2 * k]
     offsets = estimate.landmarks[a] - estimate.landmarks[query].mean(axis=0)
-    A = np.zeros((k, 2, 3))
-    A[:, 0, 0] = A[:, 1, 1] = 1.0
-    A[:, 0, 2], A[:, 1, 2] = -offsets[:, 1], offsets[:, 0]
-    A = A.reshape(-1, 3)
+    blocks = np.zeros((k, 2, 3))
+    blocks[:, 0, 0] = blocks[:, 1, 1] = 1.0
+    blocks[:, 0, 2], blocks[:, 1, 2] = -offsets[:, 1], offsets[:, 0]
+    A = blocks.reshape(-1, 3)
     covariance = np.linalg.inv(A.T @ np.linalg.solve(C + 1e-6 * np.eye(2 * k), A))
     arm = max(float((offsets**2).sum(axis=1).mean()), ONE_SIGHT_M**2)
     floor = 2 * ONE_SIGHT_M**2 * np.array([1.0, 1.0, 1.0 / arm])

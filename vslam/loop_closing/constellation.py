@@ -1,18 +1,20 @@
 """Recognising a place by its discs: rigid alignment of one set of points with another, a contrario.
 
-Discs look alike, so a place is known by the distances between its discs alone. Each pair of query discs is laid on
-each pair of reference discs of the same distance; the alignment that this gives is judged by how many of the other query
-discs then fall close to a reference disc.
+Discs look alike, so a place is known by the distances between its discs alone. Each pair of query discs is
+laid on each pair of reference discs of the same distance; the alignment that this gives is judged by
+how many of the other query discs then fall close to a reference disc.
 
-How many are enough is no constant to choose. Were the discs scattered at random, a query disc would fall within r of a
-reference disc with probability p(r) = λ π r², λ the density of reference discs. So among N alignments tried,
+How many are enough is no constant to choose. Were the discs scattered at random, a query disc would
+fall within r of a reference disc with probability p(r) = λ π r², λ the density of reference discs. So
+among N alignments tried,
 
     NFA = N · (n − 2) · P(Binomial(n − 2, p(r)) ≥ k)
 
-of them or fewer would find k discs within r by accident: the *number of false alarms* (Moisan & Stival 2004; with the r that
-makes it smallest, hence the factor n − 2 for the choice of r). A place is recognised when that number is far
-below one. What the model of randomness cannot see, a building that repeats itself, shows as several alignments: all of
-them are returned, and who asked has to choose or to refuse.
+of them or fewer would find k discs within r by accident: the *number of false alarms* (Moisan &
+Stival 2004; with the r that makes it smallest, hence the factor n − 2 for the choice of r). A place
+is recognised when that number is far below one. What the model of randomness cannot see, a building
+that repeats itself, shows as several alignments: all of them are returned, and who asked has to
+choose or to refuse.
 """
 
 from __future__ import annotations
@@ -29,8 +31,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LENGTH_TOLERANCE_M = 0.15
-"""Two sights of one distance: four discs of 0.045 m (the DLR log's stated σ of one sight) differ by 0.09 m (σ) if each
-was seen once; discs that count were seen three times or more, which makes this three σ."""
+"""Two sights of one distance differ by the errors of four discs: 0.09 m (σ) at the 0.045 m that the DLR log
+states for one sight, 0.05 m for discs seen three times, which is what counts; three σ of that."""
 
 SHORTEST_M, LONGEST_M = 1.5, 8.0
 """Distances of pairs: shorter ones give no direction, longer ones bend with the track."""
@@ -71,11 +73,11 @@ class Alignment:
 
 
 def density(points: FloatArray) -> float:
-    """λ, discs per m² of the floor on which there are discs: all that is nearer to one than the mean distance d̄ of
-    nearest neighbours. A corridor's walls and what lies between corridors do not thin it out.
+    """λ, discs per m² of the floor on which there are discs: all that is nearer to one than the mean
+    distance d̄ of nearest neighbours. What lies between corridors does not thin it out.
 
-    On a square lattice this is exact; of discs scattered at random, circles of d̄ cover 1 − e^(−π/4) = 54 % (Clark &
-    Evans 1954), so λ comes out 1.8 times too large, which is the safe side. Off that floor p is 0, which is safer still.
+    On a square lattice this is exact; of discs scattered at random, circles of d̄ cover 1 − e^(−π/4) = 54 %
+    (Clark & Evans 1954), so λ comes out 1.8 times too large, which is the safe side. Off that floor p is 0.
     """
     if len(points) < 2:
         return 1.0
@@ -101,7 +103,7 @@ def recognise(
     largest_turn: float = np.pi,
     largest_shift: float = np.inf,
 ) -> list[Alignment]:
-    """All ways to lay the query on the reference that would happen less than 10^``log_limit`` times by accident.
+    """All ways to lay the query on the reference with less than 10^``log_limit`` false alarms.
 
     Parameters
     ----------
@@ -114,12 +116,12 @@ def recognise(
     log_limit : float
         log10 of the largest number of false alarms.
     largest_turn, largest_shift : float
-        Bounds on what the query may be off by, rad and metres (of its centroid); alignments beyond are not tried.
+        Bounds on what the query may be off by, rad and metres (of its centroid); none beyond is tried.
 
     Returns
     -------
     list of Alignment
-        The most significant one first. Of alignments that lay the query on nearly the same place, only the best.
+        The most significant first. Of those that lay the query on nearly the same place, the best alone.
     """
     query, reference = query[:_MOST], np.ascontiguousarray(reference)
     if len(query) < 4 or len(reference) < 4:
@@ -254,7 +256,7 @@ def _search(
                 tried += 1
                 near = 0
                 for e in range(n):
-                    if e == a or e == b:
+                    if e in (a, b):
                         continue
                     x = c * query[e, 0] - s * query[e, 1] + tx
                     y = s * query[e, 0] + c * query[e, 1] + ty
@@ -309,7 +311,9 @@ def _best_radius(distances: FloatArray, density: float) -> tuple[float, float]:
 def _same_place(rows: FloatArray, other: Alignment, query: FloatArray) -> NDArray[np.bool_]:
     """Which alignments lay the query on the place of another one: no disc moves by half a typical spacing."""
     there = _moved(query, other.turn, other.shift)
-    return np.array([np.hypot(*(_laid(query, row) - there).T).max() < 2 * LARGEST_R_M for row in rows], dtype=bool)
+    return np.array(
+        [np.hypot(*(_laid(query, row) - there).T).max() < 2 * LARGEST_R_M for row in rows], dtype=bool
+    )
 
 
 def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
@@ -318,9 +322,7 @@ def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
     return query @ np.array([[c, s], [-s, c]]) + (x, y)
 
 
-def _refined(
-    query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray
-) -> Alignment:
+def _refined(query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray) -> Alignment:
     """Fit an alignment to all discs that coincide under it, twice."""
     log_nfa, moved, radius = float(row[0]), _laid(query, row), row[5]
     a, b = _mutual(*tree.query(moved), max(radius, LENGTH_TOLERANCE_M))
@@ -340,7 +342,8 @@ def _mutual(distance: FloatArray, nearest: IntArray, radius: float) -> tuple[Int
 
 
 def _rigid(query: FloatArray, chosen: IntArray, target: FloatArray) -> tuple[float, FloatArray]:
-    """Least-squares rotation, and how far it moves the centroid of the whole query (Umeyama 1991, without scale)."""
+    """Least-squares rotation, and how far it moves the whole query's centroid (Umeyama 1991, without
+    scale)."""
     points = query[chosen]
     a, b = points - points.mean(axis=0), target - target.mean(axis=0)
     turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))

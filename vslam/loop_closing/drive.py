@@ -1,9 +1,10 @@
 """SLAM over a whole drive that closes its loops: association ``constellation``.
 
-Step by step the local map tracks discs, which is easy, and says nothing of places seen long ago. Every few metres the
-robot smooths what it has and asks whether the discs of the last metres lie like discs it knows from before; if so, and only if
-there is one way to see it, they become one. When the drive is over, what was put off is asked again, duplicates that
-now lie on each other are joined, and every observation is paired anew with the smoothed map.
+Step by step the local map tracks discs, which is easy, and says nothing of places seen long ago.
+Every few metres the robot smooths what it has and asks whether the discs of the last metres lie like
+discs it knows from before; if so, and if there is only one way to see it, they become one. When the
+drive is over, what was put off is asked again, duplicates that now lie on each other are joined, and
+every observation is paired anew with the smoothed map.
 """
 
 from __future__ import annotations
@@ -31,10 +32,12 @@ STRIDE_M = 4.0
 """Half a window, so that each disc is asked for twice, in different company."""
 
 SIGHTS = 3
-"""A disc counts from its third sight: false detections seldom repeat, and the mean of three is known to 3 cm."""
+"""A disc counts from its third sight: false detections seldom repeat, and a mean of three is known
+to 3 cm."""
 
 LARGEST_SIGMAS = 4.0
-"""How far the track may be off, in σ of its loosest pose so far; 1 in 3,000 drives is farther (two degrees of freedom)."""
+"""How far the track may be off, in σ of its loosest pose so far: 1 in 3,000 is farther (two degrees
+of freedom). Two poses together are off by √2 of it at most, as errors along a track correlate positively."""
 
 
 class Drive:
@@ -60,7 +63,8 @@ class Drive:
         self._record, self._fragments = Record(), Fragments()
         self._landmarks: dict[int, FloatArray] = {}
         self._travelled = [0.0]
-        self._keyframe_at, self._keyframes, self._deferred = 0.0, [], []  # type: ignore[var-annotated]
+        self._keyframe_at = 0.0
+        self._deferred: list[int] = []
         self._loosest = np.zeros(2)  # σ of heading and position
         self.poses = np.zeros((1, 3))
         self.online_poses: list[FloatArray] = []
@@ -107,7 +111,8 @@ class Drive:
                 break
         known = np.flatnonzero(self._fragments.sights()[used] >= SIGHTS)
         landmarks, poses = estimate.landmarks[known], estimate.poses
-        # The gates of the new pairings have done what the robust loss was for: the last solution is least squares.
+        # The gates of the new pairings have done what the robust loss was for, so the last solution is least
+        # squares: reweighted least squares of one step (Rousseeuw & Leroy 1987).
         for cauchy in (CAUCHY, LEAST_SQUARES):
             labels = pair_anew(poses[1:], landmarks, self._record.observations, self._gate)
             labels, order = _renumbered(labels, len(landmarks))

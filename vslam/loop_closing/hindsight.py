@@ -1,4 +1,5 @@
-"""What is decided when the drive is over and the track is smooth: duplicates next to each other, and every pairing anew."""
+"""What is decided when the drive is over and the track is smooth: neighbouring duplicates, and all
+pairings anew."""
 
 from __future__ import annotations
 
@@ -20,7 +21,10 @@ REACH_M = 1.0
 
 
 def neighbours(estimate: Estimate, gate: float) -> list[tuple[int, int]]:
-    """Pairs of landmarks that may be one disc: compatible by their joint covariance, and each the other's only choice.
+    """Pairs of landmarks that may be one disc: compatible by their joint covariance.
+
+    Whether both stand in one picture, as two discs, is for
+    `vslam.loop_closing.record.Fragments.merge` to refuse.
 
     Parameters
     ----------
@@ -43,8 +47,6 @@ def neighbours(estimate: Estimate, gate: float) -> list[tuple[int, int]]:
 
 def _mahalanobis(estimate: Estimate, pairs: IntArray) -> FloatArray:
     """Squared distance of each pair under its joint covariance, with the floor of one sight."""
-    used, index = np.unique(pairs, return_inverse=True)
-    index = index.reshape(pairs.shape)
     out = np.empty(len(pairs))
     difference = estimate.landmarks[pairs[:, 0]] - estimate.landmarks[pairs[:, 1]]
     for first in range(0, len(pairs), 100):

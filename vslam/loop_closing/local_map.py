@@ -1,10 +1,10 @@
 """A small map in the robot's own frame, in which association is easy.
 
-Robocentric (Castellanos, Martinez-Cantin, Tardós & Neira 2007): the state is the discs around the robot as it sees
-them, not the robot among the discs. The measurement is then linear, no absolute heading enters, and
-the covariance stays as small as the motion since each disc was last seen, however far the robot has come.
-A disc that has grown too vague is forgotten; when the robot returns it founds another *fragment*, and that both are
-one disc is for the loop closer to find out.
+Robocentric (Castellanos, Martinez-Cantin, Tardós & Neira 2007): the state is the discs around the robot as it
+sees them, not the robot among the discs. The measurement is then linear, no absolute heading enters, and the
+covariance stays as small as the motion since each disc was last seen, however far the robot has come.
+A disc that has grown too vague is forgotten; when the robot returns it founds another *fragment*, and
+that both are one disc is for the loop closer to find out.
 """
 
 from __future__ import annotations
@@ -64,10 +64,10 @@ class LocalMap:
         m = len(self.points)
         if not m:
             return
-        G = np.empty((m, 2, 3))
-        G[:, :, :2] = -R.T
-        G[:, 0, 2], G[:, 1, 2] = self.points[:, 1], -self.points[:, 0]
-        G = G.reshape(-1, 3)
+        blocks = np.empty((m, 2, 3))
+        blocks[:, :, :2] = -R.T
+        blocks[:, 0, 2], blocks[:, 1, 2] = self.points[:, 1], -self.points[:, 0]
+        G = blocks.reshape(-1, 3)
         # Rᵀ P R of each 2 × 2 block, from the right and, as P is symmetric, once more from the right.
         half = (self.P.reshape(-1, 2) @ R).reshape(2 * m, 2 * m).T
         self.P = (np.ascontiguousarray(half).reshape(-1, 2) @ R).reshape(

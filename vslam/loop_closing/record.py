@@ -15,8 +15,8 @@ IntArray = NDArray[np.int64]
 class Fragments:
     """Fragments that are one disc, as disjoint sets; two discs of one picture are never one.
 
-    A fragment is what the local map has tracked without a gap. Its number is its own for ever; ``root`` names the
-    disc.
+    A fragment is what the local map has tracked without a gap. Its number is its own for ever; ``root`` names
+    the disc.
     """
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class Fragments:
         return a != b and self._pictures[a].isdisjoint(self._pictures[b])
 
     def merge(self, a: int, b: int) -> bool:
-        """Take two fragments for one disc, named after the older one; False where a picture shows them apart."""
+        """Take two fragments for one disc, named after the older; False where a picture shows them apart."""
         if not self.may_merge(a, b):
             return False
         a, b = sorted((self.root(a), self.root(b)))

@@ -1,11 +1,13 @@
-"""Smoothing of track and map: nonlinear least squares over all poses and landmarks at once (√SAM, Dellaert & Kaess 2006).
+"""Smoothing of track and map: nonlinear least squares over all poses and landmarks (√SAM, Dellaert &
+Kaess 2006).
 
 minimise  Σ_k |u_k − (R_{k−1}⁻¹ R_k)|²_Q  +  Σ_i c²/2 · log(1 + |z_i − h(R, L)|²_S / c²)
 
-Robust (Cauchy's loss, by iterated reweighting), as a false observation or a wrong pairing must not bend the track.
-Every term is linearised in one vectorised pass and the normal equations are solved by SuperLU, which for such
-chain-like problems is faster than building GTSAM's factors one by one from Python; a test holds both to the same
-optimum. The first pose is the frame, so it is no unknown.
+Robust (Cauchy's loss, by iterated reweighting), as a false observation or a wrong pairing must not bend the
+track. Every term is linearised in one vectorised pass and the normal equations are solved by SuperLU:
+for such chain-like problems that takes less time than building GTSAM's factors one by one from
+Python, which merging fragments would ask for again and again. A test holds both to the same optimum.
+The first pose is the frame, so it is no unknown.
 """
 
 from __future__ import annotations
