@@ -1,5 +1,6 @@
 """Association ``jcbb``: all observations of a picture at once, under their joint χ² test (Neira &
-Tardós 2001)."""
+Tardós 2001).
+"""
 
 from __future__ import annotations
 

@@ -22,31 +22,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import gammaln
 
+from vslam.loop_closing.alignments import LARGEST_R_M, LENGTH_TOLERANCE_M, SMALLEST_R_M, alignments
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-LENGTH_TOLERANCE_M = 0.15
-"""Two sights of one distance differ by the errors of four discs: 0.09 m (σ) at the 0.045 m that the DLR log
-states for one sight, 0.05 m for discs seen three times, which is what counts; three σ of that."""
-
-SHORTEST_M, LONGEST_M = 1.5, 8.0
-"""Distances of pairs: shorter ones give no direction, longer ones bend with the track."""
-
-LARGEST_R_M = 0.3
-"""No alignment is so vague that r should grow further."""
-
-SMALLEST_R_M = 0.03
-"""Nor so exact: a chance coincidence must not count as if discs were known to the millimetre."""
 
 MOST_PLACES = 8
 """Alignments returned at most: who has that many to choose from cannot choose."""
 
-_MOST, _MOST_ROWS = 128, 4096
+_MOST_DISCS = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +70,7 @@ def density(points: FloatArray) -> float:
     if len(points) < 2:
         return 1.0
     tree = cKDTree(points)
-    spacing = float(np.mean(tree.query(points, k=2)[0][:, 1]))
+    spacing = float(np.mean(np.asarray(tree.query(points, k=2)[0])[:, 1]))
     # Area of the union: each circle's points count by how many circles share them. 36 points on Vogel's
     # spiral stand for equal areas.
     angle = np.arange(36) * (np.pi * (3.0 - np.sqrt(5.0)))
@@ -123,16 +111,10 @@ def recognise(
     list of Alignment
         The most significant first. Of those that lay the query on nearly the same place, the best alone.
     """
-    query, reference = query[:_MOST], np.ascontiguousarray(reference)
+    query, reference = query[:_MOST_DISCS], np.ascontiguousarray(reference)
     if len(query) < 4 or len(reference) < 4:
         return []
-    pairs, lengths = _pairs(reference)
-    order = np.argsort(lengths, kind="stable")
-    origin, cells = _grid(reference)
-    found, tried = _search(
-        np.ascontiguousarray(query), reference, pairs[order], lengths[order], origin, cells, discs_per_m2,
-        _log_binomials(len(query)), log_limit, float(np.cos(min(largest_turn, np.pi))), float(largest_shift),
-    )  # fmt: skip
+    found, tried = alignments(query, reference, discs_per_m2, log_limit, largest_turn, largest_shift)
     found[:, 0] += np.log10(max(tried, 1) * max(len(query) - 2, 1))
     found = found[found[:, 0] <= log_limit]
     found = found[np.argsort(found[:, 0], kind="stable")]
@@ -164,7 +146,7 @@ def in_place(query: FloatArray, reference: FloatArray, discs_per_m2: float) -> A
     best: Alignment | None = None
     for _ in range(3):
         moved = _moved(query, turn, shift)
-        distance, nearest = tree.query(moved)
+        distance, nearest = _nearest(tree, moved)
         log_nfa, radius = _best_radius(np.sort(distance), discs_per_m2)
         a, b = _mutual(distance, nearest, radius)
         if len(a) < 2:
@@ -173,127 +155,6 @@ def in_place(query: FloatArray, reference: FloatArray, discs_per_m2: float) -> A
         if best is None or log_nfa + np.log10(len(query)) < best.log_nfa:
             best = Alignment(log_nfa + np.log10(len(query)), turn, shift, a, b)
     return best
-
-
-def _pairs(points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Ordered pairs of points at usable distances, (p, 2), and their lengths."""
-    pairs = (
-        cKDTree(points).query_pairs(LONGEST_M + LENGTH_TOLERANCE_M, output_type="ndarray").astype(np.int64)
-    )
-    pairs = np.vstack([pairs, pairs[:, ::-1]])
-    lengths = np.hypot(*(points[pairs[:, 1]] - points[pairs[:, 0]]).T)
-    usable = lengths > SHORTEST_M - LENGTH_TOLERANCE_M
-    return pairs[usable], lengths[usable]
-
-
-@njit(cache=True)
-def _grid(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The point nearest to the centre of each cell of 0.1 m, −1 where none is near."""
-    origin = np.array([points[:, 0].min(), points[:, 1].min()]) - LARGEST_R_M - 0.1
-    columns = int((points[:, 0].max() - origin[0] + LARGEST_R_M + 0.1) * 10.0) + 1
-    rows = int((points[:, 1].max() - origin[1] + LARGEST_R_M + 0.1) * 10.0) + 1
-    cells = np.full((columns, rows), -1, np.int64)
-    for k in range(len(points)):
-        x, y = points[k, 0] - origin[0], points[k, 1] - origin[1]
-        reach = int(LARGEST_R_M * 10.0) + 1
-        for i in range(max(0, int(x * 10.0) - reach), min(columns, int(x * 10.0) + reach + 1)):
-            for j in range(max(0, int(y * 10.0) - reach), min(rows, int(y * 10.0) + reach + 1)):
-                other = cells[i, j]
-                u, v = (i + 0.5) / 10.0, (j + 0.5) / 10.0
-                if other < 0 or (u - x) ** 2 + (v - y) ** 2 < (
-                    (u - points[other, 0] + origin[0]) ** 2 + (v - points[other, 1] + origin[1]) ** 2
-                ):
-                    cells[i, j] = k
-    return origin, cells
-
-
-def _log_binomials(n: int) -> FloatArray:
-    """log10 of n − 2 over k, for k = 0 … n − 2."""
-    k = np.arange(max(n - 1, 1))
-    return (gammaln(n - 1) - gammaln(k + 1) - gammaln(n - 1 - k)) / np.log(10.0)
-
-
-@njit(cache=True)
-def _search(
-    query: FloatArray,
-    reference: FloatArray,
-    pairs: IntArray,
-    lengths: FloatArray,
-    origin: FloatArray,
-    cells: IntArray,
-    density: float,
-    log_binomials: FloatArray,
-    log_limit: float,
-    least_cosine: float,
-    largest_shift: float,
-) -> tuple[FloatArray, int]:
-    """Rows (log10 of the binomial tail, cos, sin, x, y, r) of alignments that may be significant, and N."""
-    n = len(query)
-    rows = np.empty((_MOST_ROWS, 6))
-    count, tried = 0, 0
-    squares = np.empty(n)
-    gx, gy = np.mean(query[:, 0]), np.mean(query[:, 1])
-    for a in range(n):
-        for b in range(a + 1, n):
-            qx, qy = query[b, 0] - query[a, 0], query[b, 1] - query[a, 1]
-            length = np.hypot(qx, qy)
-            if length < SHORTEST_M or length > LONGEST_M:
-                continue
-            first = np.searchsorted(lengths, length - LENGTH_TOLERANCE_M)
-            last = np.searchsorted(lengths, length + LENGTH_TOLERANCE_M)
-            for k in range(first, last):
-                i, j = pairs[k, 0], pairs[k, 1]
-                px, py = reference[j, 0] - reference[i, 0], reference[j, 1] - reference[i, 1]
-                c = (qx * px + qy * py) / (length * lengths[k])
-                if c < least_cosine:
-                    continue
-                s = (qx * py - qy * px) / (length * lengths[k])
-                mx, my = 0.5 * (query[a, 0] + query[b, 0]), 0.5 * (query[a, 1] + query[b, 1])
-                tx = 0.5 * (reference[i, 0] + reference[j, 0]) - (c * mx - s * my)
-                ty = 0.5 * (reference[i, 1] + reference[j, 1]) - (s * mx + c * my)
-                if np.hypot(c * gx - s * gy + tx - gx, s * gx + c * gy + ty - gy) > largest_shift:
-                    continue
-                tried += 1
-                near = 0
-                for e in range(n):
-                    if e in (a, b):
-                        continue
-                    x = c * query[e, 0] - s * query[e, 1] + tx
-                    y = s * query[e, 0] + c * query[e, 1] + ty
-                    u, v = int((x - origin[0]) * 10.0), int((y - origin[1]) * 10.0)
-                    if x < origin[0] or y < origin[1] or u >= cells.shape[0] or v >= cells.shape[1]:
-                        continue
-                    f = cells[u, v]
-                    if f < 0:
-                        continue
-                    square = (reference[f, 0] - x) ** 2 + (reference[f, 1] - y) ** 2
-                    if square <= LARGEST_R_M**2:
-                        place = near  # kept in ascending order
-                        while place > 0 and squares[place - 1] > square:
-                            squares[place] = squares[place - 1]
-                            place -= 1
-                        squares[place] = square
-                        near += 1
-                if near < 2:
-                    continue
-                best, radius = np.inf, 0.0
-                for h in range(near):
-                    p = min(1.0, density * np.pi * max(squares[h], SMALLEST_R_M**2))
-                    # P(Binomial ≥ k) ≤ (n over k) p^k.
-                    tail = log_binomials[h + 1] + (h + 1) * np.log10(p)
-                    if tail < best:
-                        best, radius = tail, np.sqrt(max(squares[h], SMALLEST_R_M**2))
-                if best + np.log10(tried + 0.0) > log_limit:
-                    continue
-                place = count
-                if count < len(rows):
-                    count += 1
-                else:  # full: the least significant one makes room
-                    place = np.argmax(rows[:, 0])
-                    if rows[place, 0] <= best:
-                        continue
-                rows[place] = best, c, s, tx, ty, radius
-    return rows[:count], tried
 
 
 def _best_radius(distances: FloatArray, density: float) -> tuple[float, float]:
@@ -325,11 +186,17 @@ def _laid(query: FloatArray, row: FloatArray) -> FloatArray:
 def _refined(query: FloatArray, reference: FloatArray, tree: cKDTree, row: FloatArray) -> Alignment:
     """Fit an alignment to all discs that coincide under it, twice."""
     log_nfa, moved, radius = float(row[0]), _laid(query, row), row[5]
-    a, b = _mutual(*tree.query(moved), max(radius, LENGTH_TOLERANCE_M))
+    a, b = _mutual(*_nearest(tree, moved), max(radius, LENGTH_TOLERANCE_M))
     turn, shift = _rigid(query, a, reference[b])
-    a, b = _mutual(*tree.query(_moved(query, turn, shift)), max(radius, LENGTH_TOLERANCE_M))
+    a, b = _mutual(*_nearest(tree, _moved(query, turn, shift)), max(radius, LENGTH_TOLERANCE_M))
     turn, shift = _rigid(query, a, reference[b])
     return Alignment(log_nfa, turn, shift, a, b)
+
+
+def _nearest(tree: cKDTree, points: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Distance to the nearest reference disc, and which one it is."""
+    distance, nearest = tree.query(points)
+    return np.asarray(distance, dtype=np.float64), np.asarray(nearest, dtype=np.int64)
 
 
 def _mutual(distance: FloatArray, nearest: IntArray, radius: float) -> tuple[IntArray, IntArray]:
@@ -338,12 +205,13 @@ def _mutual(distance: FloatArray, nearest: IntArray, radius: float) -> tuple[Int
     order = order[distance[order] <= radius]
     _, first = np.unique(nearest[order], return_index=True)
     a = order[np.sort(first)]
-    return a, nearest[a].astype(np.int64)
+    return a, nearest[a]
 
 
 def _rigid(query: FloatArray, chosen: IntArray, target: FloatArray) -> tuple[float, FloatArray]:
     """Least-squares rotation, and how far it moves the whole query's centroid (Umeyama 1991, without
-    scale)."""
+    scale).
+    """
     points = query[chosen]
     a, b = points - points.mean(axis=0), target - target.mean(axis=0)
     turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))

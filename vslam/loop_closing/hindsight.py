@@ -1,5 +1,6 @@
 """What is decided when the drive is over and the track is smooth: neighbouring duplicates, and all
-pairings anew."""
+pairings anew.
+"""
 
 from __future__ import annotations
 
