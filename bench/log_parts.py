@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DlrStudy, RenderedStudy, Study
+from bench.study_model import DlrStudy, DriveStudy, RenderedStudy, Study
 
 S = TypeVar("S", bound=Study)
 
@@ -18,6 +18,8 @@ def reads_log(study: Study) -> bool:
     """Whether the study replays the log, or its scene or camera comes from it."""
     if isinstance(study, DlrStudy):
         return True
+    if isinstance(study, DriveStudy):
+        return any(drive.source != "loop" for drive in study.drives)
     return study.camera.source == "dlr" or _scene_asks(study.scene.name)
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, Field, model_validator
 
 from bench.camera_choice import CameraChoice, OpticsChoice
+from bench.drive_choice import LoopDrive, RecordedDrive, VirtualDrive, distinct_drives
 from bench.file_scene import FileScene, name_of
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.sensor_choice import SensorChoice
@@ -18,10 +19,12 @@ from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
 
 __all__ = [
     "SEQUENCES",
+    "BackendChoice",
     "CameraChoice",
     "DepthNoise",
     "DiscChoice",
     "DlrStudy",
+    "DriveStudy",
     "FileScene",
     "FilterChoice",
     "Illumination",
@@ -130,8 +133,8 @@ class DepthNoise(Part):
     max_m: Positive = 12.0
 
 
-class FilterChoice(Part):
-    """A light filter (`vslam.filters`), its parameters, and the label of its rows (by default its name)."""
+class NamedChoice(Part):
+    """Something registered by name, its parameters, and the label of its rows (by default its name)."""
 
     name: Name
     parameters: dict[str, Any] = Field(default_factory=dict)
@@ -144,6 +147,25 @@ class FilterChoice(Part):
         if isinstance(value, dict) and "name" in value:
             return {**value, "label": value.get("label") or value["name"]}
         return value
+
+
+class FilterChoice(NamedChoice):
+    """A light filter (`vslam.filters`)."""
+
+
+class BackendChoice(NamedChoice):
+    """A SLAM back-end (`vslam.backends`)."""
+
+
+def _distinct(choices: tuple[BackendChoice, ...]) -> tuple[BackendChoice, ...]:
+    labels = [choice.label for choice in choices]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ValueError(f"the label {label!r} stands twice; give one of them another label")
+    return choices
+
+
+Backends = Annotated[tuple[BackendChoice, ...], Field(min_length=1), AfterValidator(_distinct)]
 
 
 def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
@@ -215,20 +237,41 @@ class RenderedStudy(Part):
 
 
 class DlrStudy(Part):
-    """The real DLR building log, replayed with every association and observation form."""
+    """The real DLR building log, replayed with every back-end, association and observation form."""
 
     sequence: Literal["dlr"]
     name: Name
     title: str = ""
     description: str = ""
     seed: int = Field(0, ge=0)
-    backend: Name = "ekf"
+    backends: Backends = (BackendChoice(name="ekf"),)
     associations: tuple[Name, ...] = Field(("annotated", "icnn"), min_length=1)
     observations: tuple[Name, ...] = Field(("cartesian", "range_bearing"), min_length=1)
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
 
-Study = Annotated[RenderedStudy | DlrStudy, Field(discriminator="sequence")]
+class DriveStudy(Part):
+    """Back-ends compared on the same observations of known landmarks, simulated or recorded; no pictures.
+
+    ``seeds`` repeats what is random: a simulated drive, never a recorded one.
+    """
+
+    sequence: Literal["drives"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    drives: Annotated[
+        tuple[Annotated[RecordedDrive | VirtualDrive | LoopDrive, Field(discriminator="source")], ...],
+        Field(min_length=1),
+        AfterValidator(distinct_drives),
+    ]
+    backends: Backends
+    observation: Name = "cartesian"
+    seeds: int = Field(10, ge=1)
+
+
+Study = Annotated[RenderedStudy | DlrStudy | DriveStudy, Field(discriminator="sequence")]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
 runs it, and ``reports/page_<sequence>.py``, which tells of it."""
 

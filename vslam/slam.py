@@ -142,6 +142,14 @@ class Slam:
         return matches
 
 
+def decides_over_drive(association: str) -> bool:
+    """Whether an association brings its own estimator and pairs over the whole drive (`run_slam` alone can).
+
+    Back-end and observation form then play no part: it takes points in the robot's frame.
+    """
+    return associations.get(association) is Constellation
+
+
 def run_slam(
     steps: Sequence[tuple[Odometry, Observations]], settings: SlamSettings | None = None
 ) -> SlamResult:

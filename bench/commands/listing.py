@@ -15,12 +15,13 @@ class Kind(StrEnum):
 
     scenes = "scenes"
     filters = "filters"
+    backends = "backends"
     studies = "studies"
     layouts = "layouts"
 
 
 def list_known(kind: Annotated[Kind, typer.Argument(help="What to list.")]) -> None:
-    """List scenes, filters, studies or layouts of data sets, each with one line about it."""
+    """List scenes, filters, SLAM back-ends, studies or layouts of data sets, each with one line about it."""
     from bench import catalogue
 
     entries = getattr(catalogue, kind.value)()

@@ -2,7 +2,7 @@
 
 Source: Arasaratnam & Haykin 2009, "Cubature Kalman filters", eqs. 28 … 48. The rule's points lie √n standard
 deviations out for n dimensions, so that over a whole map of 576 landmarks they would probe the measurement 34
-standard deviations away; over pose and seen landmarks (`vslam.backends.parts.sigma_points`) n stays small.
+standard deviations away; over pose and seen landmarks (`sigma_points`) n stays small.
 """
 
 from __future__ import annotations

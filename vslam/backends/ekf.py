@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.frame import Odometry
 from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, stacked_jacobian, state_rows
 from vslam.backends.parts.input_checks import check_odometry
+from vslam.frame import Odometry
 from vslam.motion import motion_jacobians, move
 from vslam.slam_backend import backends
 
@@ -55,9 +55,7 @@ class Ekf(FullCovariance):
         """Append landmarks L_{N+1} … (eqs. 3-31 … 3-37) and return their numbers."""
         landmarks = self.model.g(self._X[:3], z)  # eqs. 3-31 … 3-33
         G_R, G_z = self._founding_jacobians(z, landmarks)
-        return self._append(
-            landmarks, G_R.reshape(-1, 3), block_diagonal(G_z @ S @ G_z.transpose(0, 2, 1))
-        )
+        return self._append(landmarks, G_R.reshape(-1, 3), block_diagonal(G_z @ S @ G_z.transpose(0, 2, 1)))
 
     def _motion_jacobians(self, delta: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F_R and F_n of a motion from the present pose to ``moved`` (eqs. 3-10, 3-11)."""

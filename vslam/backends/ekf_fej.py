@@ -37,7 +37,7 @@ class EkfFej(Ekf):
         self._first_landmarks = np.zeros((0, 2))
 
     def _motion_jacobians(self, delta: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F_R from predicted pose to predicted pose: p_{k+1|k} − p_{k|k−1} in place of p_{k+1|k} − p_{k|k}."""
+        """F_R between predicted poses: p_{k+1|k} − p_{k|k−1} in place of p_{k+1|k} − p_{k|k}."""
         _, F_n = motion_jacobians(self._X[:3], delta)
         F_R = np.eye(3)
         way = moved - self._first_pose
@@ -52,5 +52,5 @@ class EkfFej(Ekf):
         """G out of the H of later sights: H_R + H_L G_R = 0, so founding, too, measures no heading."""
         self._first_landmarks = np.vstack([self._first_landmarks, landmarks])
         H_R, H_L = self.model.h_jacobians(self._first_pose, landmarks)
-        G_z = np.linalg.inv(H_L)
-        return -G_z @ H_R, G_z
+        G_z = np.asarray(np.linalg.inv(H_L), dtype=np.float64)
+        return np.asarray(-G_z @ H_R), G_z

@@ -1,7 +1,7 @@
 """FastSLAM 1.0: particles move by the odometry's noise and are weighed by what they see.
 
 Source: Montemerlo, Thrun, Koller & Wegbreit 2002, section 3; Thrun, Burgard & Fox 2005, *Probabilistic
-Robotics*, table 13.1. `vslam.backends.parts.particles` holds what it shares with FastSLAM 2.0.
+Robotics*, table 13.1. `particles` holds what it shares with FastSLAM 2.0.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.backends.parts import many_poses
-from vslam.frame import Odometry
 from vslam.backends.parts.input_checks import check_odometry
-from vslam.motion import motion_jacobians, move
 from vslam.backends.parts.particles import Particles, log_gaussian
 from vslam.backends.parts.sigma_points import factor
+from vslam.frame import Odometry
+from vslam.motion import motion_jacobians, move
 from vslam.slam_backend import backends
 
 FloatArray = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 Source: Montemerlo, Thrun, Koller & Wegbreit 2003, "FastSLAM 2.0: an improved particle filtering algorithm for
 simultaneous localization and mapping that provably converges", eqs. 8 … 20; Thrun, Burgard & Fox 2005,
-*Probabilistic Robotics*, section 13.5. `vslam.backends.parts.particles` holds what it shares with FastSLAM 1.0.
+*Probabilistic Robotics*, section 13.5. `particles` holds what it shares with FastSLAM 1.0.
 
 A motion is only noted until its picture comes. Each particle then has a Gaussian over its pose, from the
 odometry, that the matched observations correct one after the other; the pose is drawn from what results, and
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.backends.parts import many_poses
-from vslam.frame import Odometry
 from vslam.backends.parts.input_checks import check_odometry
-from vslam.motion import move
-from vslam.observation import ObservationModel
 from vslam.backends.parts.particles import PARTICLES, Particles, log_gaussian
 from vslam.backends.parts.sigma_points import factor
+from vslam.frame import Odometry
+from vslam.motion import move
+from vslam.observation import ObservationModel
 from vslam.slam_backend import backends
 
 FloatArray = NDArray[np.float64]
@@ -90,6 +90,6 @@ class FastSlam2(Particles):
 def _roots(spread: FloatArray) -> FloatArray:
     """Cholesky factors, (N, 3, 3); of covariances without full rank, too."""
     try:
-        return np.linalg.cholesky(spread)
+        return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
     except np.linalg.LinAlgError:
         return np.stack([factor(P) for P in spread])

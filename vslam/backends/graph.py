@@ -1,8 +1,8 @@
 """SLAM as a factor graph: iSAM2 online, Levenberg–Marquardt over everything at the end.
 
-Sources: Dellaert & Kaess 2006, "Square root SAM"; Kaess et al. 2012, "iSAM2: incremental smoothing and mapping
-using the Bayes tree"; the implementation is GTSAM's. Orthogonal (QR) factorisation, as iSAM2's Cholesky fails
-on poorly known landmarks. GTSAM is imported when a graph is made, not before.
+Sources: Dellaert & Kaess 2006, "Square root SAM"; Kaess et al. 2012, "iSAM2: incremental smoothing and
+mapping using the Bayes tree"; the implementation is GTSAM's. Orthogonal (QR) factorisation, as iSAM2's
+Cholesky fails on poorly known landmarks. GTSAM is imported when a graph is made, not before.
 
 iSAM2 takes landmarks by bearing and range; Cartesian observations are handed over as such, their covariance
 through the Jacobian at the measured point, which differs to second order. Smoothing at the end uses the
@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.geometry import rotation, wrap_angle
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
 from vslam.motion import motion_jacobians, move
 from vslam.observation import ObservationModel, RangeBearing
 from vslam.slam_backend import NEW, Smoothed, backends
@@ -174,7 +174,7 @@ class Graph:
         Raises
         ------
         VslamError
-            As `vslam.backends.parts.full_covariance.FullCovariance.update`.
+            As `FullCovariance.update`.
         """
         check_observations(observations)
         matches = np.array(hypothesis, dtype=np.int64)
@@ -212,7 +212,9 @@ class Graph:
 
     def _observe(self, pose: int, observations: Observations, kept: Any, numbers: list[int]) -> None:
         """Factors of one picture, for iSAM2 and for smoothing."""
-        chosen = Observations(observations.points[kept], observations.covariances[kept], observations.ids[kept])
+        chosen = Observations(
+            observations.points[kept], observations.covariances[kept], observations.ids[kept]
+        )
         polar = zip(*RangeBearing().measure(chosen), strict=True)
         cartesian = zip(chosen.points, chosen.covariances, strict=True)
         for number, (z, S), (point, S_point) in zip(numbers, polar, cartesian, strict=True):
@@ -240,7 +242,9 @@ class Graph:
                 H[1] = robot.rotation().matrix().T
             return np.asarray(local - z)
 
-        return gtsam.CustomFactor(self._loss(gtsam.noiseModel.Gaussian.Covariance(S)), [pose, landmark], error)
+        return gtsam.CustomFactor(
+            self._loss(gtsam.noiseModel.Gaussian.Covariance(S)), [pose, landmark], error
+        )
 
     def _loss(self, noise: Any) -> Any:
         if self._robust == "none":

@@ -1,8 +1,8 @@
 """Exact extended information filter SLAM.
 
 Source: Thrun, Burgard & Fox 2005, *Probabilistic Robotics*, sections 3.5 and 12.2–12.3 without sparsification
-(the exact filter that SEIF approximates); Thrun et al. 2004, "Simultaneous localization and mapping with sparse
-extended information filters", eqs. 13 … 27.
+(the exact filter that SEIF approximates); Thrun et al. 2004, "Simultaneous localization and mapping with
+sparse extended information filters", eqs. 13 … 27.
 
 The filter carries Ω = P⁻¹. A measurement adds Hᵀ S⁻¹ H to the blocks of robot and landmark alone and a new
 landmark is one more measurement, with nothing known about it before; the price is the motion, which links
@@ -20,10 +20,10 @@ from scipy.linalg import cho_solve
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from vslam.errors import VslamError
-from vslam.frame import Observations, Odometry
 from vslam.backends.parts.full_covariance import block_diagonal, stacked_jacobian, state_rows
 from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.errors import VslamError
+from vslam.frame import Observations, Odometry
 from vslam.motion import motion_jacobians, move
 from vslam.observation import ObservationModel
 from vslam.slam_backend import NEW, backends
@@ -115,7 +115,8 @@ class InformationFilter:
         A_RM = back.T @ self._Omega[R, M]
         # (I + N A)⁻¹ N needs no inverse of N, which is singular for a robot that cannot slide.
         gain = np.linalg.solve(np.eye(3) + N @ A_RR, N)
-        root = np.linalg.cholesky(0.5 * (gain + gain.T) + 1e-15 * np.trace(gain) * np.eye(3) + _TINY)
+        scales, axes = np.linalg.eigh(0.5 * (gain + gain.T))
+        root = axes * np.sqrt(np.maximum(scales, 0.0))
         links = np.zeros((len(self._Omega), 3), order="F")
         links[M] = A_RM.T @ root
         self._Omega = dsyrk(-1.0, links, beta=1.0, c=self._Omega, lower=1, overwrite_c=1)
@@ -131,7 +132,7 @@ class InformationFilter:
         Raises
         ------
         VslamError
-            As `vslam.backends.parts.full_covariance.FullCovariance.update`.
+            As `FullCovariance.update`.
         """
         check_observations(observations)
         matches = np.array(hypothesis, dtype=np.int64)
@@ -171,7 +172,7 @@ class InformationFilter:
     def _add(self, S: FloatArray, numbers: IntArray) -> FloatArray:
         """Ω ← Ω + Hᵀ S⁻¹ H on the rows of robot and landmarks; returns their Hᵀ S⁻¹."""
         H = stacked_jacobian(*self.model.h_jacobians(self._X[-3:], self._landmarks_at(numbers)))
-        HtS = H.T @ block_diagonal(np.linalg.inv(S))
+        HtS = H.T @ block_diagonal(np.asarray(np.linalg.inv(S), dtype=np.float64))
         rows = self._rows(numbers)
         information = HtS @ H
         i, j = np.nonzero(rows[:, None] >= rows[None, :])
@@ -184,7 +185,9 @@ class InformationFilter:
         if self._factor is None:
             self._factor, failed = dpotrf(self._Omega[: self._size, : self._size], lower=1, clean=1)
             if failed:
-                raise VslamError("the information matrix is not positive definite; the filter has broken down")
+                raise VslamError(
+                    "the information matrix is not positive definite; the filter has broken down"
+                )
         assert self._factor is not None
         return self._factor
 
@@ -207,7 +210,3 @@ class InformationFilter:
             n = len(self._Omega)
             Omega[:n, :n] = self._Omega
             self._Omega = Omega
-
-
-# Keeps the root of a singular noise defined: a picometre.
-_TINY = 1e-24 * np.eye(3)

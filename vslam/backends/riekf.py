@@ -12,9 +12,9 @@ or e = T(X̂) ξ, where only the heading's column of T differs from the identity
 then ξ_θ alone, whatever the estimate, so no linearisation can make it observable.
 
 Written in e, which `FullCovariance` holds, the filter is `Ekf` but for its correction: prediction, gain and
-founding are the same (T leaves the landmarks' rows as they are while the robot moves, and T⁻¹ K and H T belong
-together). The correction differs twice: the step ξ = T⁻¹ K Z is applied through the exponential map, and P
-moves along with the estimate, P ← M P Mᵀ with M = T(X̂⁺) T(X̂)⁻¹ = I + m e_θᵀ, m = J (X̂⁺ − X̂) per point.
+founding are the same (T leaves the landmarks' rows as they are while the robot moves, and T⁻¹ K and H T
+belong together). The correction differs twice: the step ξ = T⁻¹ K Z is applied through the exponential map,
+and P moves along with the estimate, P ← M P Mᵀ with M = T(X̂⁺) T(X̂)⁻¹ = I + m e_θᵀ, m = J (X̂⁺ − X̂) per point.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Square-root cubature Kalman filter SLAM, the second of the two that Li et al. 2017 compare.
 
-Source: Arasaratnam & Haykin 2009, "Cubature Kalman filters", section VI and appendix B. P itself never appears:
-the filter carries a lower-triangular L with P = L Lᵀ, so P is symmetric positive semi-definite by
+Source: Arasaratnam & Haykin 2009, "Cubature Kalman filters", section VI and appendix B. P itself never
+appears: the filter carries a lower-triangular L with P = L Lᵀ, so P is symmetric positive semi-definite by
 construction.
 
 The robot comes *last* in the factor's order, [L_1 … L_n, R]. Its three rows are then the only ones that a
@@ -22,12 +22,12 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dgemm
 
 from vslam.backends.parts import sigma_moves
-from vslam.errors import VslamError
-from vslam.frame import Observations, Odometry
 from vslam.backends.parts.full_covariance import block_diagonal, state_rows
 from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.backends.parts.sigma_points import cubature, factors, lower_triangle
+from vslam.errors import VslamError
+from vslam.frame import Observations, Odometry
 from vslam.observation import ObservationModel
-from vslam.backends.parts.sigma_points import cubature, lower_triangle
 from vslam.slam_backend import NEW, backends
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ class SquareRootCkf:
         Raises
         ------
         VslamError
-            As `vslam.backends.parts.full_covariance.FullCovariance.update`.
+            As `FullCovariance.update`.
         """
         check_observations(observations)
         matches = np.array(hypothesis, dtype=np.int64)
@@ -134,7 +134,7 @@ class SquareRootCkf:
         L_s = self._L[rows, : self._size]
         expected, fit = sigma_moves.measurement(self.model, self._X[rows], lower_triangle(L_s), cubature)
         Z = self.model.innovation(z, expected + fit.mean.reshape(-1, 2)).ravel()
-        root = lower_triangle(np.hstack([fit.residual, block_diagonal(np.linalg.cholesky(S))]))
+        root = lower_triangle(np.hstack([fit.residual, block_diagonal(factors(S))]))
         root, K = triangularise(root, fit.matrix @ L_s, self._L[: self._size, : self._size])
         if not np.isfinite(root).all() or not root.diagonal().all():
             raise VslamError("the innovation covariance is not positive definite; the filter has broken down")

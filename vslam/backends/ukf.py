@@ -1,8 +1,8 @@
 """Unscented Kalman filter SLAM.
 
 Sources: Julier & Uhlmann 1997, "A new extension of the Kalman filter to nonlinear systems"; Julier 2002, "The
-scaled unscented transformation"; for SLAM, Martinez-Cantin & Castellanos 2005, "Unscented SLAM for large-scale
-outdoor environments". `vslam.backends.parts.sigma_points` says why points over pose and seen landmarks are enough.
+scaled unscented transformation"; for SLAM, Martinez-Cantin & Castellanos 2005, "Unscented SLAM for
+large-scale outdoor environments". `sigma_points` says why points over pose and seen landmarks are enough.
 """
 
 from __future__ import annotations

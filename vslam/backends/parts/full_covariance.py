@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations
 from vslam.errors import VslamError
 from vslam.frame import Observations
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations
 from vslam.observation import ObservationModel
 from vslam.slam_backend import NEW
 

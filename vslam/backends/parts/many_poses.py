@@ -1,7 +1,7 @@
 """One observation model from many poses at once: for sigma points and particles.
 
-Both forms measure a landmark by where it lies in the robot's frame, h(R, L) = φ(Rot(θ)ᵀ (L − p)), so the model
-is asked about local points from a robot at the origin, all in one call.
+Both forms measure a landmark by where it lies in the robot's frame, h(R, L) = φ(Rot(θ)ᵀ (L − p)), so the
+model is asked about local points from a robot at the origin, all in one call.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _ORIGIN = np.zeros(3)
 
 
 def measure(model: ObservationModel, poses: FloatArray, landmarks: FloatArray) -> FloatArray:
-    """h of k landmarks from m poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
+    """H of k landmarks from m poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
     local = _to_local(poses, landmarks)
     return model.h(_ORIGIN, local.reshape(-1, 2)).reshape(local.shape)
 
@@ -36,7 +36,7 @@ def jacobians(
 
 
 def place(model: ObservationModel, poses: FloatArray, z: FloatArray) -> FloatArray:
-    """g of k measurements from m poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
+    """G of k measurements from m poses, (m, 3) and (m, k, 2) to (m, k, 2)."""
     local = model.g(_ORIGIN, z.reshape(-1, 2)).reshape(z.shape)
     return local @ _rotations(poses).transpose(0, 2, 1) + poses[:, None, :2]
 

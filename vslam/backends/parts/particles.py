@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.backends.parts import many_poses
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations
 from vslam.errors import VslamError
 from vslam.frame import Observations
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations
 from vslam.observation import ObservationModel
 from vslam.slam_backend import NEW
 
@@ -134,7 +134,7 @@ class Particles:
         Raises
         ------
         VslamError
-            As `vslam.backends.parts.full_covariance.FullCovariance.update`; also when no particle explains a picture.
+            As `FullCovariance.update`; also when no particle explains a picture.
         """
         check_observations(observations)
         matches = np.array(hypothesis, dtype=np.int64)
@@ -227,5 +227,3 @@ def log_gaussian(Z: FloatArray, S: FloatArray) -> FloatArray:
     determinant = S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] * S[..., 1, 0]
     squared = np.einsum("...i,...i->...", Z, np.linalg.solve(S, Z[..., None])[..., 0])
     return np.asarray(-0.5 * squared - 0.5 * np.log(determinant) - np.log(2.0 * np.pi))
-
-

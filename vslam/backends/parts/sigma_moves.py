@@ -8,9 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.backends.parts import many_poses
-from vslam.frame import Odometry
-from vslam.motion import move
-from vslam.observation import ObservationModel
 from vslam.backends.parts.sigma_points import (
     RuleOf,
     factor,
@@ -18,6 +15,9 @@ from vslam.backends.parts.sigma_points import (
     regression,
     transform,
 )
+from vslam.frame import Odometry
+from vslam.motion import move
+from vslam.observation import ObservationModel
 
 FloatArray = NDArray[np.float64]
 
@@ -50,15 +50,13 @@ def motion(pose: FloatArray, A: FloatArray, odometry: Odometry, rule_of: RuleOf)
     moved = move(poses, odometry.delta[:, None] + factor(odometry.covariance) @ points[:, 3:].T)
     moments = transform((moved - moved[:, :1]).T, rule)
     slopes = moments.slopes[:, :3]
-    return Regression(
-        moved[:, 0] + moments.offset, regression(slopes, A), moments.residual(slopes, rule)
-    )
+    return Regression(moved[:, 0] + moments.offset, regression(slopes, A), moments.residual(slopes, rule))
 
 
 def measurement(
     model: ObservationModel, state: FloatArray, A: FloatArray, rule_of: RuleOf
 ) -> tuple[FloatArray, Regression]:
-    """h over pose and k landmarks, ``state`` (3 + 2k,); returns h at the estimate, (k, 2), and the fit."""
+    """H over pose and k landmarks, ``state`` (3 + 2k,); returns h at the estimate, (k, 2), and the fit."""
     rule = rule_of(len(state))
     points = state + offsets(len(state), rule) @ A.T
     z = many_poses.measure(model, points[:, :3], points[:, 3:].reshape(len(points), -1, 2))
@@ -71,7 +69,7 @@ def measurement(
 def founding(
     model: ObservationModel, pose: FloatArray, A: FloatArray, z: FloatArray, S: FloatArray, rule_of: RuleOf
 ) -> Regression:
-    """g over pose and the noise of k measurements, 3 + 2k dimensions; A is a root of P_RR."""
+    """G over pose and the noise of k measurements, 3 + 2k dimensions; A is a root of P_RR."""
     k = len(z)
     rule = rule_of(3 + 2 * k)
     points = offsets(3 + 2 * k, rule)
@@ -80,6 +78,4 @@ def founding(
     landmarks = many_poses.place(model, poses, z + noise).reshape(len(points), -1)
     moments = transform(landmarks - landmarks[:1], rule)
     slopes = moments.slopes[:, :3]
-    return Regression(
-        landmarks[0] + moments.offset, regression(slopes, A), moments.residual(slopes, rule)
-    )
+    return Regression(landmarks[0] + moments.offset, regression(slopes, A), moments.residual(slopes, rule))

@@ -135,7 +135,7 @@ def factor(P: FloatArray) -> FloatArray:
         When P is not positive semi-definite.
     """
     try:
-        return np.linalg.cholesky(P)
+        return np.asarray(np.linalg.cholesky(P), dtype=np.float64)
     except np.linalg.LinAlgError:
         return _semi_definite_factor(P)
 
@@ -152,6 +152,11 @@ def _semi_definite_factor(P: FloatArray) -> FloatArray:
     return A
 
 
+def factors(S: FloatArray) -> FloatArray:
+    """Lower-triangular roots of positive definite (k, 2, 2)."""
+    return np.asarray(np.linalg.cholesky(S), dtype=np.float64)
+
+
 def regression(slopes: FloatArray, A: FloatArray) -> FloatArray:
     """H = D A⁻¹; directions without variance get no slope."""
     if A.diagonal().all():
@@ -161,7 +166,7 @@ def regression(slopes: FloatArray, A: FloatArray) -> FloatArray:
 
 def lower_triangle(wide: FloatArray) -> FloatArray:
     """Tria of Arasaratnam & Haykin: lower-triangular S with S Sᵀ = wide wideᵀ, diagonal ≥ 0."""
-    R = np.linalg.qr(wide.T, mode="r")
+    R: FloatArray = np.asarray(np.linalg.qr(wide.T, mode="r"))
     if len(R) < len(wide):
         R = np.vstack([R, np.zeros((len(wide) - len(R), len(wide)))])
     signs = np.where(R.diagonal() < 0.0, -1.0, 1.0)
