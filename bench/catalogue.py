@@ -71,14 +71,14 @@ def check(study: Study) -> None:
 
 @check.register
 def _(study: RenderedStudy) -> None:
-    from vslam.slam import SlamSettings
+    from bench.oracle import slam_settings
 
     if study.scene.file is None:
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
     _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
     _try_parameters(study)
     _try_lights(study)
-    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+    slam_settings(study.slam)
 
 
 @check.register
