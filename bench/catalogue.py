@@ -8,17 +8,20 @@ from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
+from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, DriveStudy, RenderedStudy, Study
-from bench.study_model import BackendChoice
+from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
+from vslam.filters.parameters import NO_DEFAULT, FilterParameter
+from vslam.filters.registry import FilterDescription
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A name and one line about it."""
+    """A name, one line about it, and further lines where there is more to say."""
 
     name: str
     summary: str
+    details: tuple[str, ...] = ()
 
 
 def scenes() -> list[Entry]:
@@ -28,13 +31,40 @@ def scenes() -> list[Entry]:
     return [Entry(info.name, info.summary) for info in library.describe()]
 
 
-def filters() -> list[Entry]:
-    """The light filters, each with its source."""
+def filters(timed: bool = False) -> list[Entry]:
+    """The light filters, each with its source, the picture it wants and its parameters.
+
+    With ``timed`` each is built and measured (`bench.filter_times`), which takes a few seconds.
+    """
     from vslam.filters import registry
 
     return [
-        Entry(f.name, f"{f.summary} [{f.source}]" if f.source else f.summary) for f in registry.describe()
+        Entry(
+            f.name,
+            f"{f.summary} [{f.source}]" if f.source else f.summary,
+            (_needs(f, timed), *(_parameter(p) for p in f.parameters)),
+        )
+        for f in registry.describe()
     ]
+
+
+def _needs(description: FilterDescription, timed: bool) -> str:
+    wants = f"wants {description.wants.value}"
+    if not timed:
+        return wants
+    from bench.filter_times import HEIGHT, WIDTH, milliseconds
+    from vslam.errors import VslamError
+
+    try:
+        return f"{wants}; {milliseconds(description.name):.2g} ms a frame at {WIDTH} × {HEIGHT}"
+    except VslamError as error:
+        return f"{wants}; not timed: {error}"
+
+
+def _parameter(parameter: FilterParameter) -> str:
+    typed = f"{parameter.name}: {parameter.type}" if parameter.type else parameter.name
+    default = "" if parameter.default is NO_DEFAULT else f" = {parameter.default!r}"
+    return f"{typed}{default}  {parameter.meaning}".rstrip()
 
 
 def studies() -> list[Entry]:
@@ -72,13 +102,22 @@ def check(study: Study) -> None:
 @check.register
 def _(study: RenderedStudy) -> None:
     from bench.oracle import slam_settings
+    from vslam.filters import registry
 
     if study.scene.file is None:
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-    _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
-    _try_parameters(study)
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
     _try_lights(study)
     slam_settings(study.slam)
+
+
+@check.register
+def _(study: PairsStudy) -> None:
+    from vslam.filters import registry
+
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
 
 
 @check.register
@@ -99,12 +138,20 @@ def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, s
         Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
 
 
-def _try_parameters(study: RenderedStudy) -> None:
-    """Build the filters whose parameters a study sets, so that a wrong one costs no rendering."""
+def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
+    """Of the filters that are chosen by a registered name, not by class or file."""
+    from vslam.filters import discovery
+
+    chosen = [choice.name for choice in study.filters]
+    return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
+
+
+def _try_filters(study: RenderedStudy | PairsStudy) -> None:
+    """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 
     for choice in study.filters:
-        if choice.parameters:
+        if choice.parameters or choice.name not in registry.names():
             registry.create(choice.name, **choice.parameters)
 
 

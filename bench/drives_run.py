@@ -37,7 +37,7 @@ class Task:
 def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(options.data)) if log_parts.reads_log(study) else None
+    log = dlr.load(dlr_folder(options.data)) if log_parts.reads_data(study) else None
     pairs = [(drive, k) for drive in study.drives for k in range(_repetitions(study, drive))]
     replays: list[Replay] = []
     with workers(options.workers) as pool:

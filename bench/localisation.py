@@ -91,13 +91,18 @@ def _run(variant: Variant, seed: int) -> Localised:
     study, world = variant.study, variant.world
     increments = odometry(study, world.poses, seed)
     steps = [(u, observed(study.slam, p)) for u, p in zip(increments, variant.percepts, strict=True)]
+    if all(p.failed for p in variant.percepts):
+        return _failed(variant, seed, f"the filter failed on every picture: {variant.percepts[0].failed}")
     try:
         result = run_slam(steps, slam_settings(study.slam, seed))
     except VslamError as error:
-        return Localised(
-            _labels(variant, seed) | {"status": f"failed: {error}"}, np.zeros((0, 3)), np.zeros((0, 5))
-        )
+        return _failed(variant, seed, str(error))
     return _score(variant, seed, result)
+
+
+def _failed(variant: Variant, seed: int, reason: str) -> Localised:
+    row = _labels(variant, seed) | {"status": f"failed: {reason}"}
+    return Localised(row, np.zeros((0, 3)), np.zeros((0, 5)))
 
 
 def _score(variant: Variant, seed: int, result: SlamResult) -> Localised:

@@ -18,6 +18,7 @@ from bench.study_model import (
     DriveStudy,
     FilterChoice,
     Illumination,
+    PairsStudy,
     RenderedStudy,
     Study,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "DriveStudy",
     "FilterChoice",
     "Illumination",
+    "PairsStudy",
     "RenderedStudy",
     "Study",
     "dump",

@@ -7,6 +7,7 @@ from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
+from reports.tables import failures
 from reports.wording import number
 
 CAVEATS = (
@@ -104,4 +105,4 @@ def _pictures(run: Run) -> tuple[Picture, ...]:
     )
 
 
-KIND = Kind(compose, terminal_dlr.summary, filtered=False)
+KIND = Kind(compose, terminal_dlr.summary, failures, filtered=False)

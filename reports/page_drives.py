@@ -9,6 +9,7 @@ from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
+from reports.tables import failures
 from reports.wording import number
 
 BOUND = "Cramér–Rao bound, any online estimator"
@@ -105,4 +106,4 @@ def _pictures(run: Run, scene: str) -> tuple[Picture, ...]:
     )
 
 
-KIND = Kind(compose, terminal_drives.summary, filtered=False)
+KIND = Kind(compose, terminal_drives.summary, failures, filtered=False)

@@ -7,12 +7,24 @@ import numpy as np
 import pytest
 
 from bench import cli
-from bench.speed import astar, basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.filter_times import sample
+from bench.speed import (
+    astar,
+    basis,
+    generate,
+    numpy_seed,
+    numpy_sensor,
+    registry,
+    relight_expose,
+    stage,
+    sweep,
+)
 from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
 from renderers.truth import record
 from vslam.astar import GridPath, shortest_path
+from vslam.filters import create
 
 TINY = Configuration(
     width=32,
@@ -158,6 +170,18 @@ def test_isam2_follows_the_same_drive(tiny):
 
 def test_the_copy_is_measured():
     assert copy_bandwidth(size=1_000_000, repeats=1) > 1e7
+
+
+@pytest.mark.parametrize("size", [(320, 240), (41, 23)])
+def test_the_plain_form_of_the_seed_is_the_same_filter(size):
+    """Equal masks and scores; ours bins Λmax (to 1/3072), which moves a few codes by a level or two."""
+    picture = sample(*size)
+    ours, plain = create("seed")(picture), numpy_seed.seed(picture)
+    np.testing.assert_array_equal(ours.mask, plain.mask)
+    np.testing.assert_array_equal(ours.score, plain.score)
+    difference = np.abs(ours.image.astype(int) - plain.image)
+    assert difference.max() <= 2 and difference.mean() < 0.05
+    assert ours.mask.any() and (ours.image != picture).any()
 
 
 def test_both_planners_find_the_same_cost():

@@ -82,6 +82,7 @@ def frame_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                             landmarks_detected=hits + k % 2,
                             detections_true=hits,
                             filter_ms=2.5 + 0.1 * rng.normal() if on else 0.01,
+                            status="ok",
                         )
                     )
     return pd.DataFrame(rows)[list(FRAME_COLUMNS)].astype({k: v for k, v in FRAME_COLUMNS.items()})
