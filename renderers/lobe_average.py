@@ -183,6 +183,7 @@ def _widen(
             dx, dy, dz = to_eye[at, 0] - ex, to_eye[at, 1] - ey, to_eye[at, 2] - ez
             pixel = np.sqrt(dx * dx + dy * dy + dz * dz)
             if pixel <= 0 or pixel > 0.2:  # the neighbour is the sky
+                box[k, axis] = 0
                 continue
             within = (ax * dx + ay * dy + az * dz) / (length * pixel)
             square = within * within

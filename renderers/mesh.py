@@ -107,9 +107,8 @@ class RayCaster:
     ) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
         """`nearest` for rays given as (..., 6) float32: origin, direction."""
         hit = self._scene.cast_rays(self._tensor(rays), nthreads=self._threads)
-        triangle = hit["primitive_ids"].numpy().astype(np.int64)
-        triangle[hit["geometry_ids"].numpy() == self._scene.INVALID_ID] = NOTHING
-        return triangle.astype(np.int32), hit["t_hit"].numpy(), hit["primitive_uvs"].numpy()
+        triangle = hit["primitive_ids"].numpy().view(np.int32)  # Embree's invalid id has all bits: `NOTHING`
+        return triangle, hit["t_hit"].numpy(), hit["primitive_uvs"].numpy()
 
     def occluded(
         self,

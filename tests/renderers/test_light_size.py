@@ -34,7 +34,7 @@ def share_on_floor(light, height, x):
     points = np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=-1).astype(np.float32)
     normals = np.tile(np.float32([0, 0, 1]), (len(x), 1))
     caster = RayCaster(vertices.astype(np.float32), triangles, threads=1)
-    return lit_share(light, points, normals, caster, POINTS)
+    return lit_share(light, points, normals, np.arange(len(points)), caster, POINTS)
 
 
 def test_bulbs_penumbra_is_as_wide_as_similar_triangles_say():
