@@ -8,7 +8,7 @@ import sys
 import typer
 from typer.exceptions import TyperException
 
-from bench.commands import doctor, fetch, generate, listing, preview, report, run, speed
+from bench.commands import doctor, fetch, generate, listing, preview, report, run, score, speed
 from bench.errors import BenchError
 from renderers.errors import RendererError
 from reports.errors import ReportError
@@ -33,6 +33,7 @@ app.command("list", epilog=listing.EXAMPLE)(listing.list_known)
 app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
 app.command("fetch", epilog=fetch.EXAMPLE)(fetch.fetch)
 app.command("report", epilog=report.EXAMPLE)(report.report)
+app.command("score", epilog=score.EXAMPLE)(score.score)
 app.command("speed", epilog=speed.EXAMPLE)(speed.speed)
 
 
@@ -43,7 +44,10 @@ def _no_command(context: typer.Context) -> None:
 
 
 def main() -> None:
-    """Run the command line and exit: 0 done, 2 the user can mend it, 130 interrupted. Bugs keep a trace."""
+    """Run the command line and exit; bugs keep a trace.
+
+    0 done, 2 the user can mend it, 3 a run is whole but holds failures, 130 interrupted.
+    """
     sys.exit(execute(sys.argv[1:]))
 
 

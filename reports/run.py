@@ -15,7 +15,7 @@ from reports.errors import ReportError
 from reports.kind import kind_of
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 BASELINE = "none"
 """The filter that does nothing: the do-nothing picture and the all-negative mask at once."""
@@ -34,7 +34,9 @@ class Run:
     study, provenance : mapping
         ``study.yaml`` and ``provenance.json`` as parsed.
     frames : DataFrame
-        ``bench.schema.FRAME_COLUMNS``; empty for a study without pictures.
+        ``bench.schema.FRAME_COLUMNS`` of the pictures that were filtered; empty for a study without pictures.
+    failed_frames : DataFrame
+        The same of pictures that a filter failed on.
     runs : DataFrame
         ``bench.schema.RUN_COLUMNS``.
     filters : tuple of str
@@ -45,6 +47,7 @@ class Run:
     study: Mapping[str, Any]
     provenance: Mapping[str, Any]
     frames: DataFrame
+    failed_frames: DataFrame
     runs: DataFrame
     filters: tuple[str, ...]
 
@@ -91,14 +94,16 @@ def load(folder: Path) -> Run:
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
     filtered = kind_of(str(study.get("sequence"))).filtered
-    runs = _table(folder / "runs.parquet", RUN_COLUMNS)
+    runs = read_table(folder / "runs.parquet", RUN_COLUMNS)
     frames = _frames(folder / "frames.parquet", optional=not filtered)
     filters = _filter_order(study, frames, runs)
     if filtered and BASELINE not in filters:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )
-    return Run(folder, study, _provenance(folder / "provenance.json"), frames, runs, filters)
+    good = frames["status"] == OK
+    provenance = _provenance(folder / "provenance.json")
+    return Run(folder, study, provenance, _part(frames, good), _part(frames, ~good), runs, filters)
 
 
 def records(table: DataFrame) -> list[dict[str, Any]]:
@@ -140,7 +145,7 @@ def _text(path: Path) -> str:
 def _frames(path: Path, *, optional: bool) -> DataFrame:
     if optional and not path.exists():
         return _empty(FRAME_COLUMNS)
-    frames = _table(path, FRAME_COLUMNS)
+    frames = read_table(path, FRAME_COLUMNS)
     if frames.empty and not optional:
         raise _damaged(path, "has no rows")
     return frames
@@ -152,7 +157,14 @@ def _empty(columns: dict[str, str]) -> DataFrame:
     return pd.DataFrame({name: pd.Series(dtype=np.dtype(object)) for name in columns})
 
 
-def _table(path: Path, columns: dict[str, str]) -> DataFrame:
+def read_table(path: Path, columns: dict[str, str]) -> DataFrame:
+    """Read a Parquet file of the run folder and check its columns and types.
+
+    Raises
+    ------
+    ReportError
+        When it is missing or damaged.
+    """
     import pandas as pd
     import pyarrow as pa
 
@@ -166,6 +178,10 @@ def _table(path: Path, columns: dict[str, str]) -> DataFrame:
     if missing:
         raise _damaged(path, f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}")
     return _typed(table, columns, path)
+
+
+def _part(table: DataFrame, chosen: Series) -> DataFrame:
+    return table[chosen].reset_index(drop=True)
 
 
 def _typed(table: DataFrame, columns: dict[str, str], path: Path) -> DataFrame:

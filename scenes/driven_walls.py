@@ -13,7 +13,7 @@ from scenes.wall import OUTSIDE_EDGE_M, Opening, Piece, Wall
 
 HEIGHT_M, THICK_M = 2.7, 0.3
 OVERLAP_M = 0.05
-"""Walls rise so far above the ceiling, so that no ray slips through where their edges meet."""
+"""Walls' crowns rise so far above the ceiling, so that no ray slips through where their edges meet."""
 
 WINDOW_M, NARROW_M, WINDOW_SPACING_M = 1.5, 0.6, 1.8
 SILL_M, LINTEL_M = 0.9, 2.2
@@ -62,9 +62,9 @@ class BuiltWall:
         return [Opening(jamb, self.wall.length - jamb, 0.0, GATE_HIGH_M)]
 
     def inner_face(self, max_edge_m: float) -> list[Piece]:
-        """What is seen from inside, reveals included."""
+        """What is seen from inside, reveals included, and the crown."""
         reveals = [piece for hole in self.holes for piece in self.wall.reveals(hole, THICK_M)]
-        return [*self.wall.face(self.holes, 0.0, max_edge_m), *reveals]
+        return [*self.wall.face(self.holes, 0.0, max_edge_m), self.wall.crown(OVERLAP_M), *reveals]
 
     def outer_face(self) -> list[Piece]:
         """What is seen from outside; nothing where no one can be."""
@@ -76,7 +76,7 @@ class BuiltWall:
         longer = Wall(
             self.wall.start - before * self.wall.along,
             self.wall.stop + after * self.wall.along,
-            self.wall.height,
+            self.wall.height + OVERLAP_M,
         )
         moved = [Opening(h.near + before, h.far + before, h.low, h.high) for h in self.holes]
         return longer.face(moved, THICK_M, OUTSIDE_EDGE_M)
@@ -99,7 +99,7 @@ def build_walls(space: DrivenSpace, poses: FloatArray, rng: np.random.Generator)
         count = len(ring)
         for k in range(count):
             before, start, stop, after = (ring[(k + j) % count] for j in (-1, 0, 1, 2))
-            wall = Wall(start, stop, HEIGHT_M + OVERLAP_M)
+            wall = Wall(start, stop, HEIGHT_M)
             ends = (THICK_M * _turn(before, start, stop), THICK_M * _turn(start, stop, after))
             built.append(_furnished(space, poses, wall, ends, rng))
     return built

@@ -97,8 +97,11 @@ def _level(surfaces: tuple[Surface, ...], everything: tuple[Surface, ...], name:
     candidates = [k for k in np.argsort(-total)[:CANDIDATES] if total[k] >= SMALLEST_M2]
     if not candidates:
         where = f" in {name!r}" if name else ""
+        corners = np.concatenate([s.vertices[s.triangles].reshape(-1, 3) for s in surfaces])
+        w, d, h = np.ptp(corners, axis=0)
         raise SceneError(
-            f"no floor{where}: no level face of {SMALLEST_M2:g} m² looks up; is the file in metres, y up?"
+            f"no floor{where}: no level face of {SMALLEST_M2:g} m² looks up in {w:.3g} × {d:.3g} × {h:.3g} m "
+            "(height last); is the file in metres, y up?"
         )
     bounds = _between_walls(everything)
     levels = {

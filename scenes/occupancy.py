@@ -17,6 +17,15 @@ ROBOT_HEIGHT_M = (0.05, 1.2)
 
 POINTS_AT_ONCE = 1_000_000
 
+OUTSIDE, BLOCKED = -1, 0
+"""What is no region of free cells: beyond the plan, geometry."""
+
+TOUR_CELL_M = 0.1
+"""Finer than the room that a robot needs beside it."""
+
+STEP_M = 1.0
+"""Between poses farther apart, as of a log read in strides, the robot need not have driven straight."""
+
 
 @dataclass(frozen=True, eq=False)
 class TrueOccupancy:
@@ -52,6 +61,25 @@ def true_occupancy(
     """
     blocked, origin = obstacles(scene.surfaces, scene.bounds, resolution, height_m)
     return TrueOccupancy(~_reachable(blocked, origin, resolution, scene), origin, resolution)
+
+
+def check_tour(scene: Scene) -> None:
+    """Refuse a tour that runs through a wall.
+
+    Raises
+    ------
+    SceneError
+        It says where the robot would first be in a cell of `TOUR_CELL_M` with geometry, or leave the bounds.
+    """
+    blocked, origin = obstacles(scene.surfaces, scene.bounds, TOUR_CELL_M)
+    way = _way(scene.tour.poses[:, :2], TOUR_CELL_M / 2)
+    stuck = np.flatnonzero(_looked_up((~blocked).astype(np.int32), origin, TOUR_CELL_M, way) <= BLOCKED)
+    if len(stuck):
+        x, y = way[stuck[0]]
+        raise SceneError(
+            f"scene {scene.name!r}: the tour runs into an obstacle at ({x:.4g}, {y:.4g}) m; "
+            "lead it around, or move what stands there"
+        )
 
 
 def obstacles(
@@ -149,10 +177,30 @@ def _reachable(
     from scipy import ndimage  # here, because listing the scenes' names must not wait for it
 
     regions, _ = ndimage.label(~blocked)
+    here = _looked_up(regions, origin, resolution, scene.tour.poses[:1, :2])[0]
     x, y = scene.tour.poses[0, :2]
-    column, row = np.floor(([x, y] - origin) / resolution).astype(int)
-    if not (0 <= row < blocked.shape[0] and 0 <= column < blocked.shape[1]):
+    if here == OUTSIDE:
         raise SceneError(f"scene {scene.name!r}: the tour starts outside its bounds at ({x:g}, {y:g}) m")
-    if regions[row, column] == 0:
+    if here == BLOCKED:
         raise SceneError(f"scene {scene.name!r}: the tour starts inside an obstacle at ({x:g}, {y:g}) m")
-    return regions == regions[row, column]
+    return np.asarray(regions == here)
+
+
+def _looked_up(
+    regions: NDArray[np.integer], origin: FloatArray, resolution: float, points: FloatArray
+) -> NDArray[np.int64]:
+    """Regions of (n, 2) points, `OUTSIDE` where the plan has no cell."""
+    column, row = np.floor((points - origin) / resolution).astype(int).T
+    inside = (row >= 0) & (row < regions.shape[0]) & (column >= 0) & (column < regions.shape[1])
+    found = np.full(len(points), OUTSIDE, dtype=np.int64)
+    found[inside] = regions[row[inside], column[inside]]
+    return found
+
+
+def _way(places: FloatArray, spacing: float) -> FloatArray:
+    """The places, and points between those that are no more than `STEP_M` apart, in order."""
+    steps = np.diff(places, axis=0)
+    length = np.hypot(*steps.T)
+    count = np.where(length <= STEP_M, np.maximum(1, np.ceil(length / spacing)), 1).astype(int)
+    between = [a + np.arange(n)[:, None] / n * step for a, step, n in zip(places, steps, count, strict=False)]
+    return np.concatenate([*between, places[-1:]])

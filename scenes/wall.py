@@ -71,6 +71,15 @@ class Wall:
         real = [p for p in panels if p[1] - p[0] > 1e-6 and p[3] - p[2] > 1e-6]
         return [self._panel(p, behind_m, max_edge_m) for p in real]
 
+    def crown(self, rise_m: float) -> Piece:
+        """A strip on top of the inner face that closes the joint with a ceiling at the wall's height.
+
+        It faces away from the free space and shares no vertex with the face, so that light which is baked at
+        vertices is not interpolated between the sky above the ceiling and the room below.
+        """
+        across, up = self.length * np.append(self.along, 0.0), np.array([0.0, 0.0, rise_m])
+        return rectangle(tuple(self._point(0.0, self.height)), tuple(across), tuple(up), OUTSIDE_EDGE_M)
+
     def reveals(self, hole: Opening, thickness_m: float) -> list[Piece]:
         """The sides of a hole through a wall of a thickness; no sill where it reaches the floor."""
         across, up, deep = hole.far - hole.near, hole.high - hole.low, thickness_m

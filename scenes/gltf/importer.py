@@ -19,6 +19,9 @@ from scenes.model import Bulb, FloatArray, Sun, Surface
 PLAUSIBLE_M = (0.5, 1000.0)
 """A scene smaller or larger than this was hardly made in metres."""
 
+TALLEST_M = 100.0
+"""Nor was a taller one: the ground around it may be wide, but a room in centimetres is 250 high."""
+
 
 @dataclass(frozen=True)
 class Mark:
@@ -98,7 +101,7 @@ def _with_scale_checked(found: Import) -> Import:
 
     size = found.size_m
     low, high = PLAUSIBLE_M
-    if low <= size.max() <= high:
+    if low <= size.max() <= high and size[2] <= TALLEST_M:
         return found
     w, d, h = size
     notice = (

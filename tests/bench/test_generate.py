@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import pickle
+import re
 import shutil
 import subprocess
 import tracemalloc
@@ -301,6 +302,21 @@ def test_splits_share_no_geometry_and_are_read_apart(study, tmp_path):
 
     records = list(mlcroissant.Dataset(str(out / "croissant.json")).records("pictures"))
     assert [r["pictures/split"] for r in records] == [b"train", b"train", b"test", b"test"]
+
+
+def test_a_tour_through_a_wall_is_refused_with_its_place(study, tmp_path, monkeypatch, capsys):
+    """Of a scene that is a module; of a file it is refused where the tour is planned."""
+    wall = "surface('wall', grey, rectangle((4, 0, 0), (0, 4, 0), (0, 0, 2)))"
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "walled.py").write_text(
+        HALL.replace('"hall"', '"walled"').replace("(floor,)", f"(floor, {wall})")
+    )
+    monkeypatch.setattr(scenes, "__path__", [*scenes.__path__, str(tmp_path / "room")])
+    arguments = ["generate", "--scene", "walled", "--out", str(tmp_path / "set"), "--frames", "1"]
+    assert cli.execute(arguments) == 2
+    error = capsys.readouterr().err
+    assert re.search(r"^error: scene 'walled': the tour runs into an obstacle at \((3\.9|4)", error, re.M)
+    assert not list((tmp_path / "set").rglob("*.png"))
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from evo.tools import file_interface
 
 from bench.errors import BenchError
 from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
@@ -132,6 +133,18 @@ def test_a_trajectory_in_tum_format():
     # a quarter turn about z: (0, 0, sin 45°, cos 45°)
     assert quaternion == pytest.approx([0, 0, np.sqrt(0.5), np.sqrt(0.5)])
     assert all(len(line.split()) == 8 for line in lines)
+
+
+def test_evo_reads_a_trajectory_with_equal_numbers(tmp_path):
+    stamps, poses = [0.0, 0.5, 1.0], np.array([[1, 2, 0], [3, -4, np.pi / 2], [-60.123456, 43.9, -3.1]])
+    path = tmp_path / "none.tum"
+    path.write_text("".join(f"{line}\n" for line in tum_lines(stamps, poses)))
+    track = file_interface.read_tum_trajectory_file(path)
+    valid, details = track.check()
+    assert valid, details
+    np.testing.assert_allclose(track.timestamps, stamps)
+    np.testing.assert_allclose(track.positions_xyz, np.column_stack([poses[:, :2], np.zeros(3)]), atol=1e-9)
+    np.testing.assert_allclose(track.get_orientations_euler("sxyz")[:, 2], poses[:, 2], atol=1e-9)
 
 
 def test_a_trajectory_must_be_whole_and_finite():

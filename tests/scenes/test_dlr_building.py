@@ -7,12 +7,15 @@ import hashlib
 import numpy as np
 import pytest
 
+from renderers.irradiance import BakeQuality, bake
+from renderers.lights import SkyLight
 from renderers.mesh import NOTHING, RayCaster, build_mesh
 from scenes import library
 from scenes.drive_log import DriveLog
 from scenes.driven_space import driven_space
+from scenes.driven_walls import HEIGHT_M
 from scenes.errors import SceneError
-from scenes.occupancy import true_occupancy
+from scenes.occupancy import check_tour, true_occupancy
 
 OUTDOORS = (150, 230)
 
@@ -133,6 +136,19 @@ def test_outdoors_is_under_the_sky_and_indoors_is_not(building, caster):
     assert not covered[outside & deep].any()
 
 
+def test_under_the_ceiling_walls_get_no_light_from_the_sky_above(building, caster):
+    """Walls end above the ceiling; light baked on the strip up there must not reach what is seen below."""
+    mesh, rays = caster
+    upwards = [[SkyLight(1.0)]]
+    sky = bake(mesh, rays, upwards, BakeQuality(sky_rays=128, bounces=-1)).indirect[0, :, 0]
+    open_sky = sky[mesh.triangles[mesh.surface == mesh.surface_names.index("ground")]].max()
+    wall = mesh.triangles[mesh.surface == mesh.surface_names.index("wall")]
+    below = np.unique(wall[(mesh.vertices[wall][..., 2] < HEIGHT_M - 0.01).any(axis=1)])
+    at_the_top = below[mesh.vertices[below, 2] > HEIGHT_M - 0.1]  # windows end half a metre lower
+    assert len(at_the_top) > 100
+    assert sky[at_the_top].max() < 0.1 * open_sky
+
+
 def test_doors_along_the_corridor_and_a_gate_to_the_outdoors(building):
     names = {s.name for s in building.surfaces}
     assert {"floor", "tiles", "paving", "wall", "facade", "door", "ceiling", "post"} <= names
@@ -146,6 +162,11 @@ def test_occupancy_blocks_walls_and_leaves_the_track_free(building):
     column, row = np.floor((np.array([4.0, 0.0]) - grid.origin) / grid.resolution).astype(int)
     for side in (grid.blocked[row:, column], grid.blocked[row::-1, column]):
         assert 5 <= np.argmax(side) <= 14  # the corridor's walls are half a metre to 1.4 m from its middle
+
+
+@pytest.mark.parametrize("stride", [1, 12])
+def test_the_drive_is_no_tour_through_walls(log, stride):
+    check_tour(library.load("dlr_building", log=log, stride=stride))
 
 
 def test_free_space_holds_what_was_driven_and_seen(log):

@@ -194,6 +194,15 @@ def test_an_absurd_size_is_named(glb, tmp_path, size, text):
     assert text in notice
 
 
+def test_a_hall_in_centimetres_is_named_by_its_height(glb, tmp_path):
+    """Ground planes may be as wide as an 8 m hall in centimetres, but nothing is as tall."""
+    glb.quad("ground", (0, 0, 0), (800, 0, 0), (0, 600, 0))
+    assert load(glb.save(tmp_path / "ground.glb")).notices == ()
+    glb.quad("wall", (0, 0, 0), (800, 0, 0), (0, 0, 250))
+    (notice,) = load(glb.save(tmp_path / "hall.glb")).notices
+    assert "measures 800 × 600 × 250 m" in notice
+
+
 def gltf_without_buffer(glb, folder):
     glb.quad("q", (0, 0, 0), (1, 0, 0), (0, 1, 0))
     glb.json["buffers"][0] |= {"uri": "q.bin", "byteLength": len(glb.data)}

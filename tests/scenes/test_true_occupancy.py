@@ -13,7 +13,7 @@ from scenes import library
 from scenes.errors import SceneError
 from scenes.geometry import box, rectangle, surface
 from scenes.model import Material, Scene, Sky, Sun, Tour
-from scenes.occupancy import TrueOccupancy, true_occupancy
+from scenes.occupancy import TrueOccupancy, check_tour, true_occupancy
 
 GREY = Material((0.5, 0.5, 0.5), 1.0)
 RESOLUTION = 0.1
@@ -152,3 +152,32 @@ def test_tour_outside_the_plan():
     scene = dataclasses.replace(room_with(start=(9.0, 9.0)))
     with pytest.raises(SceneError, match="scene 'room': the tour starts outside"):
         true_occupancy(scene, 0.1)
+
+
+def driven(*poses):
+    """A scene with a wall 4 cm thick across most of its room, north of which is a gap, and a tour."""
+    partition = surface("partition", GREY, box((1.98, 0.0, 0), (2.02, 2.0, 2.0)))
+    poses = np.array([[x, y, 0.0] for x, y in poses])
+    return dataclasses.replace(room_with(partition), tour=Tour(poses, np.arange(float(len(poses)))))
+
+
+def test_a_tour_through_a_thin_wall_says_where():
+    scene = driven((1.3, 1.0), (1.7, 1.0), (2.3, 1.0))  # no pose stands in the wall
+    with pytest.raises(SceneError, match=r"scene 'room': the tour runs into an obstacle at \(1\.\d+, 1\) m"):
+        check_tour(scene)
+
+
+@pytest.mark.parametrize("end", [(2.0, 1.0), (5.0, 1.0)])
+def test_a_tour_that_ends_in_a_wall_or_outside_says_where(end):
+    with pytest.raises(SceneError, match=rf"the tour runs into an obstacle at \({end[0]:g}, 1\) m"):
+        check_tour(driven((0.5, 1.0), end))
+
+
+def test_a_tour_around_the_wall_may_be_read_in_strides():
+    """Poses far apart do not say that the robot drove straight from one to the next."""
+    check_tour(driven((0.8, 1.0), (1.6, 2.5), (2.4, 2.5), (3.2, 1.0)))
+    check_tour(driven((0.8, 1.0), (3.2, 1.0)))
+
+
+def test_no_tour_of_the_library_runs_through_a_wall(place):
+    check_tour(place[0])

@@ -31,6 +31,13 @@ def test_inner_and_outer_face_turn_their_backs_on_each_other():
         assert offset == pytest.approx(-behind)
 
 
+def test_a_crown_goes_on_where_the_face_ends_and_turns_its_back_on_it():
+    vertices, triangles = WALL.crown(0.05)
+    normals, areas = normals_and_areas([(vertices, triangles)])
+    assert np.allclose(normals, [*-WALL.inward, 0.0]) and areas.sum() == pytest.approx(5 * 0.05)
+    assert set(np.round(vertices[:, 2], 9)) == {2.7, 2.75}
+
+
 def test_free_space_is_left_of_the_way():
     assert WALL.length == pytest.approx(5.0)
     assert WALL.inward == pytest.approx([-0.8, 0.6])

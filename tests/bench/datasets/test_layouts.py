@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from evo.core import metrics, sync
+from evo.tools import file_interface
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -17,6 +19,7 @@ from bench.camera_choice import camera
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
+from bench.sequences import pairs
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import Illumination, RenderedStudy
@@ -26,7 +29,7 @@ from renderers.truth import Recording
 
 NAME = "sun20000-bulb800"
 FRAMES = 3
-LAYOUTS = ("tum", "euroc", "coco", "exr", "exr-float", "raw")
+LAYOUTS = ("tum", "euroc", "coco", "exr", "exr-float", "raw", "pairs")
 
 pytestmark = pytest.mark.usefixtures("cache_home")
 
@@ -172,6 +175,30 @@ def test_euroc_body_poses_and_extrinsics_give_tum_s_camera_poses(root, sequence)
     assert (truth[:, 10:] == 0).all()
 
 
+def test_evo_reads_one_trajectory_from_both_layouts(root, sequence):
+    """The robot's ground truth in EuRoC, times the camera's place on it, is TUM's: in evo's own numbers."""
+    mav0 = _folder(root, "euroc") / "mav0"
+    T_BS = np.reshape(yaml.safe_load((mav0 / "cam0/sensor.yaml").read_text())["T_BS"]["data"], (4, 4))
+    camera_track = file_interface.read_tum_trajectory_file(_folder(root, "tum") / "groundtruth.txt")
+    body_track = file_interface.read_euroc_csv_trajectory(mav0 / "state_groundtruth_estimate0/data.csv")
+    for track in (camera_track, body_track):
+        valid, details = track.check()
+        assert valid, details
+    body_track, camera_track = sync.associate_trajectories(body_track, camera_track, max_diff=1e-6)
+    assert body_track.num_poses == FRAMES
+    np.testing.assert_allclose(
+        body_track.positions_xyz[:, :2], sequence.scene.tour.poses[:FRAMES, :2], atol=1e-8
+    )
+    yaw = body_track.get_orientations_euler("sxyz")[:, 2]
+    np.testing.assert_allclose(
+        np.exp(1j * yaw), np.exp(1j * sequence.scene.tour.poses[:FRAMES, 2]), atol=1e-8
+    )
+    body_track.transform(T_BS, right_mul=True)
+    apart = metrics.APE(metrics.PoseRelation.full_transformation)
+    apart.process_data((camera_track, body_track))
+    assert apart.get_statistic(metrics.StatisticsType.max) < 1e-7
+
+
 def test_euroc_odometry_adds_up_to_the_way_driven(root, sequence):
     steps = pd.read_csv(_folder(root, "euroc") / "mav0/odom0/data.csv").to_numpy(dtype=float)
     driven = 0.93 * 0.5  # m a frame, straight
@@ -314,3 +341,13 @@ def test_croissant_is_valid_and_gives_the_records_of_the_table(root, caplog):
     }
     assert set(globs) == {f"{layout}-pictures" for layout in LAYOUTS}
     assert len(globs["exr-pictures"]) == len(globs["raw-pictures"]) == FRAMES
+
+
+def test_pairs_are_what_the_study_of_pairs_reads(root: Path, taken: list) -> None:
+    found = pairs.find(_folder(root, "pairs"))
+    assert [files.name for files in found] == [f"{k:06d}" for k in range(FRAMES)]
+    for files, (_, recording, _, _) in zip(found, taken, strict=True):
+        pair = pairs.load(files)
+        np.testing.assert_array_equal(pair.picture, recording.image)
+        np.testing.assert_array_equal(np.rint(255 * pair.diffuse), recording.diffuse)
+        np.testing.assert_array_equal(pair.mask, recording.highlight)
