@@ -53,8 +53,11 @@ def write(folder: RunFolder, replays: list[Replay]) -> None:
     folder.write_runs([result.row for result in replays])
     for scene, truth in {str(r.row["scene"]): r.truth for r in replays}.items():
         folder.write_trajectory(f"truth--{scene}", np.arange(len(truth), dtype=np.float64), truth)
+    first = min((int(str(r.row["seed"])) for r in replays), default=0)
     for result in replays:
         if result.row["status"] == "ok":
             stem = run_stem(result.row)
             folder.write_trajectory(stem, np.arange(len(result.poses), dtype=np.float64), result.poses)
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(result.landmark_table))
+            if result.row["seed"] == first:
+                folder.write_text(f"g2o/{stem}.g2o", result.graph)
