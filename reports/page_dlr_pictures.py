@@ -19,8 +19,8 @@ REAL = (
     "pictures looked at, mostly a real disc that the map has elsewhere or not at all; reflections in glass "
     "doors and shadows are the rest.",
     "The log's rows have biased ranges (4 cm too far at 1.5 m, 9 cm too near at 3.5 m, against their own "
-    "map), and camera.json was fitted to them. The mount is therefore calibrated on the map, on pictures that "
-    "no score counts. “By pixel” looks for the rows where the picture shows them, through that mount.",
+    "map), and camera.json was fitted to them. The mount is therefore calibrated on the map, on pictures "
+    "that no score counts. “By pixel” looks for the rows where the picture shows them, through that mount.",
     "The reference track is the least-squares fit of the log's own rows, outliers and bias included. "
     "Those very rows, smoothed with a robust loss, end about half a metre from it: a smaller RMSE says more "
     "about shared errors than about the robot's place.",
