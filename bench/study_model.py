@@ -245,8 +245,8 @@ class DlrPicturesStudy(Part):
 class DlrLightStudy(Part):
     """The DLR robot's recorded pictures with light composited onto them (`bench.sequences.dlr_light`).
 
-    ``stride`` takes every so many of the log's steps; ``own_lamps_lm`` is what each of the building's lamps had
-    when the pictures were taken, by assumption, and ties the added light to the recorded one.
+    ``stride`` takes every so many of the log's steps; ``own_lamps_lm`` is what each of the building's lamps
+    had when the pictures were taken, by assumption, and ties the added light to the recorded one.
     """
 
     sequence: Literal["dlr_light"]

@@ -19,8 +19,8 @@ NOTES = (
     "robot's camera. So the mask is exact and the original known.",
     "“Recorded” are the pictures as they are: what a filter masks or loses there is harm.",
     "Assumed: the camera's encoding is sRGB; the building's own lamps had their nominal light, which ties "
-    "the added light to the recorded one. Left out: diffuse light of the added lamps, the exposure that would "
-    "follow them, their shot noise, and furniture that would have stood in the light's way.",
+    "the added light to the recorded one. Left out: diffuse light of the added lamps, the exposure that "
+    "would follow them, their shot noise, and furniture that would have stood in the light's way.",
     "Recall and precision are against the log's annotated rows, within 0.15 m on the floor. The rows leave "
     "many visible far discs out, so precision is understated for every filter alike.",
     "The original picture, given to the detector, is the best that any repair could reach: compare with "
