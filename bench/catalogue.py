@@ -9,7 +9,7 @@ from itertools import product
 
 from bench import study as study_files
 from bench.errors import unknown_name
-from bench.study import DlrStudy, PairsStudy, RenderedStudy, Study
+from bench.study import DlrStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -53,9 +53,11 @@ def _needs(description: FilterDescription, timed: bool) -> str:
         return wants
     from bench.filter_times import HEIGHT, WIDTH, milliseconds
     from vslam.errors import VslamError
+    from vslam.filters import registry
 
     try:
-        return f"{wants}; {milliseconds(description.name):.2g} ms a frame at {WIDTH} × {HEIGHT}"
+        taken = milliseconds(registry.create(description.name))
+        return f"{wants}; {taken:.2g} ms a frame at {WIDTH} × {HEIGHT}"
     except VslamError as error:
         return f"{wants}; not timed: {error}"
 
@@ -105,6 +107,18 @@ def _(study: RenderedStudy) -> None:
 
 
 @check.register
+def _(study: FiltersStudy) -> None:
+    from bench.light_levels import in_scene
+    from vslam.filters import registry
+
+    _known("scene", [s.name for s in study.scenes if s.file is None], (entry.name for entry in scenes()))
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+    for scene in study.scenes:
+        _try_lights(in_scene(study, scene))
+
+
+@check.register
 def _(study: PairsStudy) -> None:
     from vslam.filters import registry
 
@@ -120,7 +134,7 @@ def _(study: DlrStudy) -> None:
         SlamSettings(study.backend, association, observation, study.gate)
 
 
-def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
+def _names_of(study: RenderedStudy | PairsStudy | FiltersStudy) -> list[str]:
     """Of the filters that are chosen by a registered name, not by class or file."""
     from vslam.filters import discovery
 
@@ -128,7 +142,7 @@ def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
     return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
 
 
-def _try_filters(study: RenderedStudy | PairsStudy) -> None:
+def _try_filters(study: RenderedStudy | PairsStudy | FiltersStudy) -> None:
     """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

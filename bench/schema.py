@@ -66,6 +66,18 @@ RUN_COLUMNS: dict[str, str] = {
 """One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN. A
 picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed."""
 
+TIME_COLUMNS: dict[str, str] = {
+    "filter": "string",
+    "width": "int64",
+    "height": "int64",
+    "filter_ms": "float64",
+    "status": "string",
+}
+"""``times.parquet`` of a study of filters: one row per filter and size of picture, measured one by one after
+all else. Its ``frames.parquet`` holds the pictures with all their light; beside it, with the same columns,
+``highlight_free.parquet`` those without any specular light, ``neutral.parquet`` the scores over the pixels of
+white and grey objects alone, and ``oracle.parquet`` what the exact mask and repair would give."""
+
 PICTURE_COLUMNS: dict[str, str] = {
     "picture": "string",
     "filter": "string",

@@ -16,6 +16,7 @@ from bench.study_model import (
     SEQUENCES,
     DlrStudy,
     FilterChoice,
+    FiltersStudy,
     Illumination,
     PairsStudy,
     RenderedStudy,
@@ -25,6 +26,7 @@ from bench.study_model import (
 __all__ = [
     "DlrStudy",
     "FilterChoice",
+    "FiltersStudy",
     "Illumination",
     "PairsStudy",
     "RenderedStudy",
