@@ -63,16 +63,16 @@ def caveats(told: Filters) -> tuple[str, ...]:
     sums = told.lit.frames
     threshold = (told.run.study.get("sensor") or {}).get("highlight_threshold", 16)
     texts = [
-        f"A pixel is truly affected where specular light adds at least τ = {threshold:g} of 255 grey levels in "
-        "a channel. IoU, F1 and AP are means over the pictures that have such pixels; AP is of the soft score, "
-        "and doing nothing has the AP of chance.",
+        f"A pixel is truly affected where specular light adds at least τ = {threshold:g} of 255 grey "
+        "levels in a channel. IoU, F1 and AP are means over the pictures that have such pixels; AP is of the "
+        "soft score, and doing nothing has the AP of chance.",
         "PSNR averages squared errors over pictures, not decibels. In-mask PSNR is over the truly affected "
         "pixels, the same for each filter. Recall is landmarks found over landmarks visible, in points of "
         "100.",
         f"An interval covers 95 %: a paired bootstrap over {sums.blocks} {sums.unit}, scene and place on the "
-        "tour together, all levels of light of a place staying with it; each filter on the same pictures. With "
-        f"fewer than {MIN_UNITS} of them, or where fewer changed, none is given. Each interval stands for "
-        "itself: of many, about one in twenty misses by chance.",
+        "tour together, all levels of light of a place staying with it; each filter on the same pictures. "
+        f"With fewer than {MIN_UNITS} of them, or where fewer changed, none is given. Each interval stands "
+        "for itself: of many, about one in twenty misses by chance.",
         "Times are of one call on one core, the conversion into the filter's form included, on a made-up "
         "picture of coloured tiles under three highlights; what else the machine does at that time tells in "
         "them.",

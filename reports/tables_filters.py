@@ -29,8 +29,8 @@ MARK_NOTE = (
     "difference excludes zero."
 )
 ORACLE_NOTE = (
-    f"“{ORACLE}” is no filter: it is given the true mask and the true diffuse picture, and shows what there is "
-    "to gain."
+    f"“{ORACLE}” is no filter: it is given the true mask and the true diffuse picture, and shows what there "
+    "is to gain."
 )
 
 
@@ -79,8 +79,8 @@ def harm(told: Filters) -> Table:
         stored.append((name, head[-1], worst))
     _save(told.run, "harm", stored)
     notes = (
-        "Highlight-free: the same pictures with all specular light removed, at the same exposure and with the "
-        "same noise; whatever is masked there is masked wrongly.",
+        "Highlight-free: the same pictures with all specular light removed, at the same exposure and with "
+        "the same noise; whatever is masked there is masked wrongly.",
         MARK_NOTE,
     )
     return Table("Where there is nothing to repair", "filter", head, tuple(rows), notes, "figures/harm.csv")

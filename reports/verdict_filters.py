@@ -75,11 +75,11 @@ def _best(told: Filters, measure: Measure, what: str) -> str:
     order = sorted((n for n in values if values[n].value == values[n].value), key=lambda n: -values[n].value)
     if not order:
         return f"no filter has a number for {measure.title}"
-    second = f", ahead of “{order[1]}” with {number(values[order[1]].value, measure.digits, signed=measure.change)}"
-    return (
-        f"“{order[0]}” {what} ({measure.title} {_told(measure, values[order[0]])}"
-        f"{second if len(order) > 1 else ''})"
-    )
+    second = ""
+    if len(order) > 1:
+        shown = number(values[order[1]].value, measure.digits, signed=measure.change)
+        second = f", ahead of “{order[1]}” with {shown}"
+    return f"“{order[0]}” {what} ({measure.title} {_told(measure, values[order[0]])}{second})"
 
 
 def _split(changes: dict[str, Estimate], up: str, down: str) -> str:
