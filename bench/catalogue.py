@@ -8,8 +8,9 @@ from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
+from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
+from bench.study import DlrStudy, DriveStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -73,6 +74,13 @@ def studies() -> list[Entry]:
     return [Entry(name, study_files.load(name).title) for name in study_files.names()]
 
 
+def backends() -> list[Entry]:
+    """The SLAM back-ends, each with its first line."""
+    from vslam.slam_backend import backends as known
+
+    return [Entry(name, (known.get(name).__doc__ or "").strip().split("\n")[0]) for name in known.names()]
+
+
 def layouts() -> list[Entry]:
     """The layouts of data sets."""
     from bench.datasets import layout
@@ -128,10 +136,20 @@ def _(study: PairsStudy) -> None:
 
 @check.register
 def _(study: DlrStudy) -> None:
-    from vslam.slam import SlamSettings
+    _try_backends(study.backends, product(study.associations, study.observations))
 
-    for association, observation in product(study.associations, study.observations):
-        SlamSettings(study.backend, association, observation, study.gate)
+
+@check.register
+def _(study: DriveStudy) -> None:
+    _try_backends(study.backends, [("annotated", study.observation)])
+
+
+def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, str]]) -> None:
+    """Build each back-end, so that a wrong name or parameter costs no run."""
+    from vslam.slam import Slam, SlamSettings
+
+    for choice, (association, observation) in product(choices, list(forms)):
+        Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
 
 
 def _names_of(study: RenderedStudy | PairsStudy | FiltersStudy) -> list[str]:

@@ -91,7 +91,7 @@ def _run(variant: Variant, seed: int) -> Localised:
     increments = odometry(study, world.poses, seed)
     steps = [(u, p.observations) for u, p in zip(increments, variant.percepts, strict=True)]
     choice = study.slam
-    settings = SlamSettings(choice.backend, choice.association, choice.observation, choice.gate)
+    settings = SlamSettings(choice.backend, choice.association, choice.observation, choice.gate, seed=seed)
     if all(p.failed for p in variant.percepts):
         return _failed(variant, seed, f"the filter failed on every picture: {variant.percepts[0].failed}")
     try:

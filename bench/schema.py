@@ -57,14 +57,22 @@ RUN_COLUMNS: dict[str, str] = {
     "landmarks_duplicated": "int64",
     "landmark_rmse_m": "float64",
     "nees": "float64",
+    "rpe_m": "float64",
+    "rpe_deg": "float64",
+    "bound_m": "float64",
     "association_precision": "float64",
     "association_recall": "float64",
     "nav_success": "float64",
     "nav_cost_ratio": "float64",
+    "step_ms": "float64",
+    "memory_mb": "float64",
     "status": "string",
 }
 """One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN. A
-picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed."""
+picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed.
+
+``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured,
+and NaN where runs must give the same bytes."""
 
 TIME_COLUMNS: dict[str, str] = {
     "filter": "string",

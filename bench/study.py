@@ -15,6 +15,7 @@ from bench.study_errors import reason
 from bench.study_model import (
     SEQUENCES,
     DlrStudy,
+    DriveStudy,
     FilterChoice,
     FiltersStudy,
     Illumination,
@@ -25,6 +26,7 @@ from bench.study_model import (
 
 __all__ = [
     "DlrStudy",
+    "DriveStudy",
     "FilterChoice",
     "FiltersStudy",
     "Illumination",

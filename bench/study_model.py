@@ -10,7 +10,9 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from bench.backend_choice import BackendChoice, Backends
 from bench.camera_choice import CameraChoice, OpticsChoice
+from bench.drive_choice import AnyDrive, distinct_drives
 from bench.file_scene import FileScene, name_of
 from bench.filter_choice import FilterChoice, Filters
 from bench.illumination_grid import Illumination, IlluminationGrid
@@ -19,10 +21,12 @@ from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
 
 __all__ = [
     "SEQUENCES",
+    "BackendChoice",
     "CameraChoice",
     "DepthNoise",
     "DiscChoice",
     "DlrStudy",
+    "DriveStudy",
     "FileScene",
     "FilterChoice",
     "FiltersStudy",
@@ -189,14 +193,14 @@ class RenderedStudy(Part):
 
 
 class DlrStudy(Part):
-    """The real DLR building log, replayed with every association and observation form."""
+    """The real DLR building log, replayed with every back-end, association and observation form."""
 
     sequence: Literal["dlr"]
     name: Name
     title: str = ""
     description: str = ""
     seed: int = Field(0, ge=0)
-    backend: Name = "ekf"
+    backends: Backends = (BackendChoice(name="ekf"),)
     associations: tuple[Name, ...] = Field(("annotated", "icnn"), min_length=1)
     observations: tuple[Name, ...] = Field(("cartesian", "range_bearing"), min_length=1)
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
@@ -284,7 +288,30 @@ class PairsStudy(Part):
     thresholds: tuple[Annotated[int, Field(ge=0, le=254)], ...] = Field((8, 16, 32), min_length=1)
 
 
-Study = Annotated[RenderedStudy | DlrStudy | PairsStudy | FiltersStudy, Field(discriminator="sequence")]
+class DriveStudy(Part):
+    """Back-ends compared on the same observations of known landmarks, simulated or recorded; no pictures.
+
+    ``seeds`` repeats what is random: a simulated drive, never a recorded one.
+    """
+
+    sequence: Literal["drives"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    drives: Annotated[
+        tuple[Annotated[AnyDrive, Field(discriminator="source")], ...],
+        Field(min_length=1),
+        AfterValidator(distinct_drives),
+    ]
+    backends: Backends
+    observation: Name = "cartesian"
+    seeds: int = Field(10, ge=1)
+
+
+Study = Annotated[
+    RenderedStudy | DlrStudy | DriveStudy | PairsStudy | FiltersStudy, Field(discriminator="sequence")
+]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
 runs it, and ``reports/page_<sequence>.py``, which tells of it."""
 

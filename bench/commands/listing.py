@@ -15,6 +15,7 @@ class Kind(StrEnum):
 
     scenes = "scenes"
     filters = "filters"
+    backends = "backends"
     studies = "studies"
     layouts = "layouts"
 
@@ -25,7 +26,7 @@ def list_known(
         bool, typer.Option("--time/--no-time", help="Measure each filter, which takes a few seconds.")
     ] = True,
 ) -> None:
-    """List scenes, filters (with time and parameters), studies or layouts of data sets."""
+    """List scenes, filters (with time and parameters), SLAM back-ends, studies or layouts of data sets."""
     from bench import catalogue
 
     entries = catalogue.filters(time) if kind is Kind.filters else getattr(catalogue, kind.value)()

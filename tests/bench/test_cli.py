@@ -122,7 +122,7 @@ def test_what_the_user_can_mend_is_one_line(capsys, tmp_path, monkeypatch, argum
     [
         ("scene: {name: coridor}", "unknown scene 'coridor': did you mean 'corridor'?"),
         ("filters: [nnoe]", "unknown filter 'nnoe': did you mean 'none'?"),
-        ("slam: {backend: efk}", "'efk': did you mean 'ekf'?"),
+        ("slam: {backend: efk}", "'efk': did you mean 'ekf' or 'riekf'?"),
         ("slam: {association: incn}", "'incn': did you mean 'icnn'?"),
         ("sensor: {fullwell_e: 1}", "sensor.fullwell_e: unknown key: did you mean 'full_well_e'"),
         ("illuminations: {sun_lux: [-1]}", "sun_lux.0: should be greater than or equal to 0, not -1\n"),

@@ -27,7 +27,15 @@ from vslam.astar import GridPath, shortest_path
 from vslam.filters import create
 
 TINY = Configuration(
-    width=32, height=24, poses=2, illuminations=8, laps=0.2, rounds=2, processes=1, fast_bake=True
+    width=32,
+    height=24,
+    poses=2,
+    illuminations=8,
+    laps=0.2,
+    rounds=2,
+    processes=1,
+    fast_bake=True,
+    slam_steps=60,
 )
 
 
@@ -136,6 +144,28 @@ def test_eight_lights_cast_shadows_in_basis(tiny):
     assert len(once) == len(penumbra) == 8
     assert all(0 < len(r) <= len(rays.primary) for r, _ in once)
     assert all(len(r) % 15 == 0 for r, _ in penumbra) and any(len(r) for r, _ in penumbra)
+
+
+def test_both_filters_map_the_same(tiny):
+    from bench.speed import slam, slam_stage
+    from vslam.slam import SlamSettings, run_slam
+
+    over = slam_stage.drive(tiny)
+    plain = slam.NumpyEkf()
+    for odometry, observations in over.steps:
+        plain.step(odometry, observations)
+    ours = run_slam(over.steps, SlamSettings("ekf", "annotated", "cartesian"))
+    np.testing.assert_allclose(plain.x[:3], ours.poses[-1], atol=1e-9)
+    np.testing.assert_allclose(plain.x[3:].reshape(-1, 2), ours.landmarks, atol=1e-9)
+
+
+def test_isam2_follows_the_same_drive(tiny):
+    from bench.speed import slam_graph, slam_stage
+
+    over = slam_stage.drive(tiny)
+    made = slam_graph.updates(over)
+    assert slam_graph.baseline(made) == slam_stage.ours(over) == len(over.steps)
+    assert sum(one.factors.size() for one in made) == 1 + sum(1 + (o.ids >= 0).sum() for _, o in over.steps)
 
 
 def test_the_copy_is_measured():
