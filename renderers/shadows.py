@@ -79,16 +79,13 @@ def visible_shares(
     shares, arrived = [], np.zeros(len(points), dtype=np.float32)
     for light, unshadowed in zip(lights, lux, strict=True):
         facing = np.flatnonzero(unshadowed)
-        blocked = _blocked(light, points, normals, facing, number[facing], caster, threads)
+        free = _free(light, points, normals, facing, number[facing], 1, caster, threads)
         share = np.zeros(len(points), dtype=np.float32)
-        _note(facing, blocked, unshadowed, share, arrived)
+        _note(facing, free, unshadowed, share, arrived)
         shares.append(share)
     for light, unshadowed, share in zip(lights, lux, shares, strict=True):
         mixed = _penumbra(share, unshadowed, arrived, shape)
-        others = (number[mixed, None] + np.arange(1, POINTS)) % POINTS
-        which = np.repeat(mixed, POINTS - 1)
-        blocked = _blocked(light, points, normals, which, others.reshape(-1), caster, threads)
-        free = POINTS - 1 - blocked.reshape(-1, POINTS - 1).sum(axis=1)
+        free = _free(light, points, normals, mixed, (number[mixed] + 1) % POINTS, POINTS - 1, caster, threads)
         share[mixed] = (share[mixed] + free) / POINTS
     return shares
 
@@ -97,34 +94,34 @@ def lit_share(
     light: DirectLight,
     points: F32,
     normals: F32,
+    which: I64,
     caster: RayCaster,
     rays: int = 1,
     threads: Threads = ALONE,
 ) -> F32:
-    """As `visible_shares`, for points that are no picture: ``rays`` each, going round the disc."""
-    number = np.arange(len(points) * rays) % POINTS
-    which = np.repeat(np.arange(len(points)), rays)
-    free = ~_blocked(light, points, normals, which, number, caster, threads)
-    return free.reshape(-1, rays).mean(axis=1, dtype=np.float32)
+    """As `visible_shares`, for the points ``which`` of no picture: ``rays`` each, going round the disc."""
+    first = np.arange(0, len(which) * rays, rays) % POINTS
+    return _free(light, points, normals, which, first, rays, caster, threads) / np.float32(rays)
 
 
-def _blocked(
+def _free(
     light: DirectLight,
     points: F32,
     normals: F32,
     which: I64,
-    number: I64,
+    first: I64,
+    count: int,
     caster: RayCaster,
     threads: Threads,
-) -> NDArray[np.bool_]:
-    """Whether the ray from each point ``which`` to a numbered point of the disc meets anything."""
-    rays, disc = np.empty((len(which), 6), dtype=np.float32), disc_points()
+) -> F32:
+    """(m,) float32: how many of ``count`` rays from each point ``which`` to the disc meet nothing."""
+    rays, disc = np.empty((len(which), count, 6), dtype=np.float32), disc_points()
 
     def aim(part: slice) -> None:
-        rays[part] = light.shadow_rays(points, normals, which[part], disc, number[part])
+        light.shadow_rays(points, normals, which[part], disc, first[part], rays[part])
 
     threads.over(len(which), aim)
-    return caster.any_hit(rays, light.far)
+    return _count(caster.any_hit(rays, light.far))
 
 
 def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64:
@@ -136,10 +133,20 @@ def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64
 
 
 @njit(cache=True, nogil=True)
-def _note(facing: I64, blocked: NDArray[np.bool_], lux: F32, share: F32, arrived: F32) -> None:
+def _count(blocked: NDArray[np.bool_]) -> F32:
+    """How many rays of each row are not."""
+    free = np.zeros(len(blocked), dtype=np.float32)
+    for k in range(len(blocked)):
+        for m in range(blocked.shape[1]):
+            free[k] += not blocked[k, m]
+    return free
+
+
+@njit(cache=True, nogil=True)
+def _note(facing: I64, free: F32, lux: F32, share: F32, arrived: F32) -> None:
     """Write down the first rays, and add what they bring."""
     for k in range(len(facing)):
-        if not blocked[k]:
+        if free[k]:
             i = facing[k]
             share[i] = 1.0
             arrived[i] += lux[i]

@@ -17,7 +17,7 @@ from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.irradiance import FULL_QUALITY, BakeQuality
-from renderers.metering import Exposure, meter
+from renderers.metering import Exposure, meter, shifted
 from renderers.motion_blur import image_velocity, motion_blurred
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
@@ -126,14 +126,15 @@ class RenderedSequence:
     def _exposed(
         self, basis: LightBasis, illumination: Illumination, frame: int
     ) -> tuple[NDArray, NDArray, FloatArray, Exposure]:
-        """Diffuse and specular light while the shutter is open, its colour, and the metered exposure."""
+        """Diffuse and specular light while the shutter is open, its colour, and the exposure."""
         intensity, colours = (
             self._lighting.intensity(illumination, frame),
             self._lighting.colour(illumination),
         )
         diffuse, specular = relight(basis, intensity, colours)
         white = mean_white(basis, intensity, colours)
-        exposure = meter(self.sensor, diffuse + specular, white)
+        metered = meter(self.sensor, diffuse + specular, white)
+        exposure = shifted(self.sensor, metered, illumination.exposure_ev)
         if self.study.camera.optics.motion_blur:
             diffuse, specular = (
                 motion_blurred(light, velocity, exposure.seconds)
