@@ -27,7 +27,7 @@ def compose(run: Run) -> Page:
         "White in a mask is what light affects.",
     )
     sections = (
-        Section("numbers", "All filters", tables=(tables_filters.overview(told),)),
+        Section("numbers", "All filters", tables=tables_filters.overview(told)),
         Section("cost", "Quality and time", pictures=figures_filters.pictures(told)),
         Section("harm", "Do no harm", tables=(tables_filters.harm(told),)),
         Section("where", "By scene and light", _levels_told(run), tables=tables_filters.by_condition(told)),

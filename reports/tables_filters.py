@@ -34,8 +34,8 @@ ORACLE_NOTE = (
 )
 
 
-def overview(told: Filters) -> Table:
-    """One filter a line, all scenes and levels pooled; saved as ``figures/filters.csv``."""
+def overview(told: Filters) -> tuple[Table, Table]:
+    """One filter a line, all scenes and levels pooled: masks and times, then repair and recall; saved as ``figures/filters.csv``."""
     before, after = (IOU, F1, AP), (IN_MASK, IN_MASK_CHANGE, PSNR_CHANGE, RECALL_CHANGE)
     head = (
         *(m.heading for m in before),
@@ -55,8 +55,16 @@ def overview(told: Filters) -> Table:
         stored += [(name, title, v) for title, (_, v) in zip(head, values, strict=False)]
         stored += [(name, title, Estimate(t)) for title, t in zip(head[len(values) :], times, strict=True)]
     _save(told.run, "filters", stored)
-    caption = "All scenes and levels of light pooled"
-    return Table(caption, "filter", head, tuple(rows), (MARK_NOTE, ORACLE_NOTE), "figures/filters.csv")
+    last = len(before) + 1 + len(after)
+    of_mask, of_repair = (*range(len(before) + 1), *range(last, len(head))), range(len(before) + 1, last)
+    notes = ("All scenes and levels of light pooled.", MARK_NOTE, ORACLE_NOTE)
+
+    def part(caption: str, columns: Sequence[int], told_below: tuple[str, ...] = ()) -> Table:
+        lines = tuple(_row(r.label, [r.cells[k] for k in columns]) for r in rows)
+        some = tuple(head[k] for k in columns)
+        return Table(caption, "filter", some, lines, told_below, "figures/filters.csv")
+
+    return part("Masks, and time", of_mask), part("Repair, and landmarks found", of_repair, notes)
 
 
 def harm(told: Filters) -> Table:
