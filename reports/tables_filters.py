@@ -35,7 +35,7 @@ ORACLE_NOTE = (
 
 
 def overview(told: Filters) -> tuple[Table, Table]:
-    """One filter a line, all scenes and levels pooled: masks and times, then repair; ``figures/filters.csv``."""
+    """One filter a line, all pooled: masks and times, then repair; saved as ``figures/filters.csv``."""
     before, after = (IOU, F1, AP), (IN_MASK, IN_MASK_CHANGE, PSNR_CHANGE, RECALL_CHANGE)
     head = (
         *(m.heading for m in before),

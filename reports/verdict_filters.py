@@ -30,7 +30,7 @@ def verdict(told: Filters) -> str:
     recall = {name: RECALL_CHANGE.measure(told.lit, name) for name in names}
     return (
         f"Over {plural(pictures, 'picture')} of {plural(len(told.scenes), 'scene')}, "
-        f"{_best(told, IOU, 'finds highlights best')}; {_best(told, IN_MASK_CHANGE, 'restores most inside them')}. "
+        f"{_best(told, IOU, 'finds highlights best')}; {_best(told, IN_MASK_CHANGE, 'restores them most')}. "
         f"{_split(psnr, 'the whole picture closer to the diffuse one', 'further from it')}; "
         f"{_split(recall, 'landmark recall up', 'down')}."
     )
