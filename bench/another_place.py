@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 from pydantic import ValidationError
 
 from bench import log_parts
 from bench.errors import BenchError, unknown_name
 from bench.file_scene import is_file
+from bench.sequences import lamps
 from bench.sequences.lighting import as_built
 from bench.study_errors import reason
-from bench.study_model import RenderedStudy, SceneChoice
+from bench.study_model import FiltersStudy, RenderedStudy, SceneChoice
 from scenes import library
 
 
@@ -62,6 +62,20 @@ def in_scene(
     return study.model_copy(update={"scene": scene.model_copy(update=changes), "illuminations": grid})
 
 
+def in_scenes(study: FiltersStudy, name: str | None = None, split: str | None = None) -> FiltersStudy:
+    """The study in one other scene alone, or with its scenes out of another split.
+
+    Raises
+    ------
+    BenchError, SceneError
+        As `in_scene`.
+    """
+    scenes = study.scenes if name is None else (_choice(name, 0),)
+    if split is not None:
+        scenes = tuple(s if s.file is not None else s.model_copy(update={"split": None}) for s in scenes)
+    return study.model_copy(update={"scenes": scenes, "split": split or study.split})
+
+
 def _choice(name: str, seed: int) -> SceneChoice:
     if not is_file(name):
         if name not in library.names():
@@ -74,6 +88,4 @@ def _choice(name: str, seed: int) -> SceneChoice:
 
 
 def _lumen(study: RenderedStudy, data: Path | None) -> float:
-    """Of the middle lamp as the scene is built; 1 for a scene without any."""
-    bulbs = as_built(log_parts.resolved(study, data)).bulbs
-    return float(np.median([bulb.lumen for bulb in bulbs])) if bulbs else 1.0
+    return lamps.middle_lumen(as_built(log_parts.resolved(study, data)))

@@ -10,12 +10,12 @@ from itertools import product
 from bench import study as study_files
 from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
+from bench.study import DlrStudy, DriveStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
 from bench.study_model import DlrLightStudy, DlrPicturesStudy
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
-WithFilters = RenderedStudy | PairsStudy | DlrPicturesStudy | DlrLightStudy
+WithFilters = RenderedStudy | PairsStudy | FiltersStudy | DlrPicturesStudy | DlrLightStudy
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,11 @@ def _needs(description: FilterDescription, timed: bool) -> str:
         return wants
     from bench.filter_times import HEIGHT, WIDTH, milliseconds
     from vslam.errors import VslamError
+    from vslam.filters import registry
 
     try:
-        return f"{wants}; {milliseconds(description.name):.2g} ms a frame at {WIDTH} × {HEIGHT}"
+        taken = milliseconds(registry.create(description.name))
+        return f"{wants}; {taken:.2g} ms a frame at {WIDTH} × {HEIGHT}"
     except VslamError as error:
         return f"{wants}; not timed: {error}"
 
@@ -113,6 +115,18 @@ def _(study: RenderedStudy) -> None:
     _try_filters(study)
     _try_lights(study)
     slam_settings(study.slam)
+
+
+@check.register
+def _(study: FiltersStudy) -> None:
+    from bench.light_levels import in_scene
+    from vslam.filters import registry
+
+    _known("scene", [s.name for s in study.scenes if s.file is None], (entry.name for entry in scenes()))
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+    for scene in study.scenes:
+        _try_lights(in_scene(study, scene))
 
 
 @check.register

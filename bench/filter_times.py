@@ -1,4 +1,4 @@
-"""How long a light filter takes for a picture of the size that the suite works at."""
+"""How long a light filter takes for a picture, by default of the size that the suite works at."""
 
 from __future__ import annotations
 
@@ -7,22 +7,23 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from vslam.filters.base import LightFilter
+
 WIDTH, HEIGHT = 320, 240
 BUDGET_S, MOST = 0.2, 15
 
 
-def milliseconds(name: str) -> float:
-    """The median time of the filter ``name`` with its defaults, through `vslam.filters.apply.apply`.
+def milliseconds(light_filter: LightFilter, width: int = WIDTH, height: int = HEIGHT) -> float:
+    """The median time of a filter on `sample`, through `vslam.filters.apply.apply`.
 
     Raises
     ------
     VslamError
-        When it cannot be built without parameters, or fails on the picture.
+        When it fails on the picture.
     """
-    from vslam.filters import registry
     from vslam.filters.apply import apply
 
-    light_filter, picture = registry.create(name), sample()
+    picture = sample(width, height)
     apply(light_filter, picture)  # what is made once is made here
     taken: list[float] = []
     while len(taken) < MOST and (not taken or sum(taken) < BUDGET_S):

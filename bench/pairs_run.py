@@ -18,6 +18,7 @@ from bench.metrics import mask as mask_metrics
 from bench.metrics import picture_pairs
 from bench.options import RunOptions
 from bench.perception import make_filter
+from bench.pictures import reduced
 from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.schema import MASK_COLUMNS, PICTURE_COLUMNS
@@ -154,13 +155,9 @@ def _show(task: tuple[_Task, strips.Choice]) -> strips.Strip:
 
 def _for_show(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
     """8-bit sRGB, or a mask, no larger than the page shows it."""
-    import cv2
-
     from vslam.filters.stages.srgb import encode
 
-    scale = min(1.0, SHOWN_SIDE / max(picture.shape[:2]))
-    size = tuple(max(1, round(scale * side)) for side in picture.shape[1::-1])
     if picture.dtype == np.bool_:
-        return cv2.resize(picture.view(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(np.bool_)
-    values = cv2.resize(as_light(picture), size, interpolation=cv2.INTER_AREA)
+        return reduced(picture, SHOWN_SIDE)
+    values = reduced(as_light(picture), SHOWN_SIDE)
     return encode(values.astype(np.float32)) if linear else np.rint(255 * values).astype(np.uint8)

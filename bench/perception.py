@@ -66,14 +66,32 @@ class FramePercepts:
     scan: Scan
 
 
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """What one filter made of one picture.
+
+    Attributes
+    ----------
+    row : dict
+        Its scores: a row of the frames table without labels.
+    percept : Percept
+    filtered : Filtered, optional
+        None where it failed.
+    """
+
+    row: dict[str, object]
+    percept: Percept
+    filtered: Filtered | None = None
+
+
 class Perception:
     """Runs the perception of a study's frames; lives in a worker process."""
 
     def __init__(self, sequence: RenderedSequence, engine: str) -> None:
         study = sequence.study
         self.sequence, self._engine = sequence, engine
-        self._illuminations = study.illuminations.grid()
-        self._filters = [(choice.label, make_filter(choice)) for choice in study.filters]
+        self.illuminations = study.illuminations.grid()
+        self.filters = [(choice.label, make_filter(choice)) for choice in study.filters]
         self._calibration = calibration(study)
         self._detect: Callable[[NDArray[np.uint8]], Observations]
         self._detect = DiscDetector(self._calibration, detector_settings(study.discs))
@@ -83,24 +101,24 @@ class Perception:
         basis = self.sequence.basis(frame)
         visible = visible_landmarks(basis)
         rows, percepts = [], {}
-        for illumination in self._illuminations:
+        for illumination in self.illuminations:
             recording = self.sequence.record(basis, illumination, frame)
             target = restoration.Target(recording.diffuse)
-            for label, light_filter in self._filters:
-                row, percept = self._try(frame, recording, target, light_filter, visible)
-                rows.append(row | self._labels(illumination, frame, label))
-                percepts[illumination.name, label] = percept
+            for label, light_filter in self.filters:
+                tried = self.attempt(frame, recording, target, light_filter, visible)
+                rows.append(tried.row | self.labels(illumination, frame, label))
+                percepts[illumination.name, label] = tried.percept
         depth = self.sequence.measured_depth(basis, frame)
         return FramePercepts(frame, rows, percepts, scan(depth, self._calibration))
 
-    def _try(
+    def attempt(
         self,
         frame: int,
         recording: Recording,
         target: restoration.Target,
         light_filter: LightFilter,
         visible: NDArray[np.bool_],
-    ) -> tuple[dict[str, object], Percept]:
+    ) -> Attempt:
         """Filter and score; a filter that fails costs its own row, never the run."""
         start = time.perf_counter()
         try:
@@ -108,10 +126,10 @@ class Perception:
         except FilterFailureError as error:
             return _failed(error.reason, recording, visible)
         seconds = time.perf_counter() - start
-        row, percept = self._score(frame, recording, target, filtered, visible)
-        return row | {"filter_ms": 1e3 * seconds, "status": "ok"}, percept
+        row, percept = self.score(frame, recording, target, filtered, visible)
+        return Attempt(row | {"filter_ms": 1e3 * seconds, "status": "ok"}, percept, filtered)
 
-    def _score(
+    def score(
         self,
         frame: int,
         recording: Recording,
@@ -119,6 +137,7 @@ class Perception:
         filtered: Filtered,
         visible: NDArray[np.bool_],
     ) -> tuple[dict[str, object], Percept]:
+        """Mask, repair and detected landmarks against the truth; and what was detected."""
         observations = self._detect(filtered.image)
         masks = mask.evaluate(filtered.mask, recording.highlight, filtered.score)
         repaired = restoration.evaluate(filtered.image, target, recording.highlight)
@@ -133,7 +152,8 @@ class Perception:
         }
         return row, Percept(observations, found.assigned_ids)
 
-    def _labels(self, illumination: Illumination, frame: int, label: str) -> dict[str, object]:
+    def labels(self, illumination: Illumination, frame: int, label: str) -> dict[str, object]:
+        """The columns that say which picture and filter a row is about."""
         return {
             "scene": self.sequence.scene.name,
             **illumination.labels(),
@@ -150,19 +170,21 @@ class Perception:
         return np.asarray(offset @ np.array([[c, -s], [s, c]]))
 
 
-def _failed(
-    reason: str, recording: Recording, visible: NDArray[np.bool_]
-) -> tuple[dict[str, object], Percept]:
+def _failed(reason: str, recording: Recording, visible: NDArray[np.bool_]) -> Attempt:
     """What is known of a picture that a filter failed on: the truth, and nothing seen."""
-    row: dict[str, object] = dict.fromkeys((k for k, kind in FRAME_COLUMNS.items() if kind == "float64"), nan)
-    row |= {
+    row = unmeasured() | {
         "true_share": float(recording.highlight.mean()),
         "landmarks_visible": int(visible.sum()),
         "landmarks_detected": 0,
         "detections_true": 0,
         "status": f"failed: {reason}",
     }
-    return row, Percept(Observations.none(), np.zeros(0, dtype=np.int64), reason)
+    return Attempt(row, Percept(Observations.none(), np.zeros(0, dtype=np.int64), reason))
+
+
+def unmeasured() -> dict[str, object]:
+    """NaN for every metric of the frames table."""
+    return dict.fromkeys((name for name, kind in FRAME_COLUMNS.items() if kind == "float64"), nan)
 
 
 def detector_settings(discs: DiscChoice) -> DetectorSettings:

@@ -34,6 +34,15 @@ def encode_png(picture: NDArray[Any]) -> bytes:
     return data.tobytes()
 
 
+def reduced(picture: NDArray[Any], side: int) -> NDArray[Any]:
+    """A picture or mask whose longer side has ``side`` pixels at most; a mask stays bool."""
+    scale = min(1.0, side / max(picture.shape[:2]))
+    size = tuple(max(1, round(scale * length)) for length in picture.shape[1::-1])
+    if picture.dtype == np.bool_:
+        return cv2.resize(picture.view(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(np.bool_)
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
 def write_png(path: Path, picture: NDArray[Any]) -> None:
     """Write a picture; see `encode_png`.
 

@@ -93,7 +93,7 @@ def _writable_cache() -> Iterator[Path]:
 
 
 @functools.lru_cache(maxsize=1)
-def _perception(pickled_setup: bytes) -> Perception:
+def perception(pickled_setup: bytes) -> Perception:
     """The perception of the process it is called in; made once, at its first frame."""
     setup: SequenceSetup = pickle.loads(pickled_setup)
     return Perception(RenderedSequence(setup), setup.engine)
@@ -101,7 +101,7 @@ def _perception(pickled_setup: bytes) -> Perception:
 
 def _perceive_frame(task: tuple[bytes, int]) -> FramePercepts:
     pickled_setup, frame = task
-    return _perception(pickled_setup).frame(frame)
+    return perception(pickled_setup).frame(frame)
 
 
 def _perceive(setup: SequenceSetup, frames: int, pool: Workers, progress: Progress) -> list[FramePercepts]:
@@ -113,10 +113,11 @@ def _perceive(setup: SequenceSetup, frames: int, pool: Workers, progress: Progre
     return percepts
 
 
-def _show_choice(task: tuple[bytes, strips.Choice]) -> strips.Strip | None:
+def show_choice(task: tuple[bytes, strips.Choice]) -> strips.Strip | None:
+    """Render and filter a chosen picture again, in a worker."""
     pickled_setup, choice = task
     try:
-        return strips.render(choice, _perception(pickled_setup).sequence)
+        return strips.render(choice, perception(pickled_setup).sequence)
     except FilterFailureError:  # it fails now and then; its rows say where it failed
         return None
 
@@ -126,7 +127,7 @@ def _show(
 ) -> list[strips.Strip]:
     pickled, shown = pickle.dumps(setup), []
     with progress.stage("pictures", len(choices)) as advance:
-        for strip in pool.map(_show_choice, [(pickled, choice) for choice in choices]):
+        for strip in pool.map(show_choice, [(pickled, choice) for choice in choices]):
             shown += [strip] if strip is not None else []
             advance(1)
     return shown

@@ -24,10 +24,10 @@ class RunFacts:
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
-        """Note the seconds that a stage takes."""
+        """Note the seconds that a stage takes, all of its times together."""
         start = time.perf_counter()
         yield
-        self.seconds[stage] = time.perf_counter() - start
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
 def empty_run_row() -> dict[str, object]:

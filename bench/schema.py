@@ -77,6 +77,18 @@ picture that the filter failed on gives SLAM no observation; where it failed on 
 ``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured,
 and NaN where runs must give the same bytes."""
 
+TIME_COLUMNS: dict[str, str] = {
+    "filter": "string",
+    "width": "int64",
+    "height": "int64",
+    "filter_ms": "float64",
+    "status": "string",
+}
+"""``times.parquet`` of a study of filters: one row per filter and size of picture, measured one by one after
+all else. Its ``frames.parquet`` holds the pictures with all their light; beside it, with the same columns,
+``highlight_free.parquet`` those without any specular light, ``neutral.parquet`` the scores over the pixels of
+white and grey objects alone, and ``oracle.parquet`` what the exact mask and repair would give."""
+
 PICTURE_COLUMNS: dict[str, str] = {
     "picture": "string",
     "filter": "string",

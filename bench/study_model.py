@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from bench.backend_choice import BackendChoice, Backends
 from bench.camera_choice import CameraChoice, OpticsChoice
@@ -31,9 +31,11 @@ __all__ = [
     "DriveStudy",
     "FileScene",
     "FilterChoice",
+    "FiltersStudy",
     "Illumination",
     "IlluminationGrid",
     "LampChoice",
+    "LightLevel",
     "NavigationTask",
     "OdometryNoise",
     "OpticsChoice",
@@ -210,6 +212,71 @@ class DlrStudy(Part):
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
 
+class LightLevel(Part):
+    """A level of light in proportion to a scene's own: its sun with its sky, and its lamps.
+
+    A warehouse's high bays are no corridor's bulbs: what is common to places is the ratio to what they are
+    built with.
+    """
+
+    name: Name
+    sun: NotNegative = 0.0
+    lamps: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _lit(self) -> LightLevel:
+        if not self.sun and not self.lamps:
+            raise ValueError("sun or lamps must be above 0; nothing is seen in the dark")
+        return self
+
+
+def _named(scenes: Any) -> Any:
+    """A scene of the library by its name alone."""
+    if not isinstance(scenes, list | tuple):
+        return scenes
+    return [{"name": scene} if isinstance(scene, str) else scene for scene in scenes]
+
+
+def _names_differ(parts: tuple[Any, ...]) -> tuple[Any, ...]:
+    names = [part.name for part in parts]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"the name {name!r} stands twice")
+    return parts
+
+
+class FiltersStudy(Part):
+    """Light filters compared in several scenes at the same levels of light, picture by picture.
+
+    ``split`` is that of every library scene without one of its own; ``frames`` are taken evenly from each
+    tour; ``neutral_objects`` names white and grey surfaces, which a filter should leave alone. Filters are
+    timed on pictures of ``timed_sizes``, width and height.
+    """
+
+    sequence: Literal["filters"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(_names_differ)] = (
+        Field((SceneChoice(),), min_length=1)
+    )
+    split: Literal["train", "test", "validation"] = "test"
+    levels: Annotated[tuple[LightLevel, ...], AfterValidator(_names_differ)] = Field(
+        (LightLevel(name="lamps", lamps=1.0),), min_length=1
+    )
+    frames: int = Field(6, ge=1)
+    camera: CameraChoice = CameraChoice.model_validate({})
+    engine: Literal["auto", "rasterise", "raycast"] = "auto"
+    sensor: SensorChoice = SensorChoice.model_validate({})
+    filters: Filters = (FilterChoice(name="none"),)
+    discs: DiscChoice = DiscChoice()
+    neutral_objects: tuple[str, ...] = ()
+    timed_sizes: tuple[tuple[Annotated[int, Field(ge=16)], Annotated[int, Field(ge=16)]], ...] = Field(
+        ((320, 240), (640, 480), (1280, 720)), min_length=1
+    )
+
+
 class DlrPicturesStudy(Part):
     """The DLR robot's recorded pictures through the light filters and our detector, then SLAM.
 
@@ -299,7 +366,7 @@ class DriveStudy(Part):
 
 
 Study = Annotated[
-    RenderedStudy | DlrStudy | DlrPicturesStudy | DlrLightStudy | DriveStudy | PairsStudy,
+    RenderedStudy | DlrStudy | DlrPicturesStudy | DlrLightStudy | DriveStudy | PairsStudy | FiltersStudy,
     Field(discriminator="sequence"),
 ]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which

@@ -81,6 +81,11 @@ class Comparison:
         base = self.frames.of(BASELINE, condition, "error")
         return self._paired(s.decibel_change, ours, base)
 
+    def psnr_in_mask(self, name: str, condition: Condition = None) -> Estimate:
+        """PSNR inside the true mask, dB, over the frames that have one."""
+        sums = self.frames.of(name, condition, "error_in_mask", "error_in_mask_frames")
+        return s.estimate(s.decibel, sums, self.frames.unit)
+
     def psnr_in_mask_change(self, name: str, condition: Condition = None) -> Estimate:
         """PSNR inside the true mask minus that of the untouched picture, dB."""
         ours = self.frames.of(name, condition, "error_in_mask")

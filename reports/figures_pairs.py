@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports import pairs, style
+from reports import figures_quality_time, pairs
 from reports.page import Picture
 from reports.pairs import Pairs
-from reports.run import BASELINE, Run
+from reports.run import Run
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 
 def pictures(run: Run, told: Pairs) -> tuple[Picture, ...]:
     """Draw and save the figure; nothing without a filter to compare."""
-    data = _data(told)
-    if len(data) < 2:
-        return ()
-    with style.styled():
-        path = style.save(_figure(data), data, run.folder, "quality-time")
+    path = figures_quality_time.draw(run, _data(told), "PSNR, dB", "quality-time")
     caption = (
         "Mean PSNR over all pictures against the mean time of one, on a logarithmic axis. Dashed: doing "
         "nothing; a filter below the line costs time and quality."
     )
-    return (Picture(path, "Quality and time", caption),)
+    return (Picture(path, "Quality and time", caption),) if path else ()
 
 
 def _data(told: Pairs) -> DataFrame:
@@ -39,21 +34,4 @@ def _data(told: Pairs) -> DataFrame:
         )
         for name in told.filters
     ]
-    return pd.DataFrame(rows, columns=["filter", "milliseconds", "psnr_db"]).dropna()
-
-
-def _figure(data: DataFrame) -> Figure:
-    figure = style.new_figure(7.0, 4.2)
-    axes = figure.subplots()
-    for name, milliseconds, decibels in data.itertuples(index=False):
-        if name == BASELINE:
-            axes.axhline(decibels, color=style.MUTED, linewidth=0.9, linestyle="--")
-            continue
-        axes.scatter(milliseconds, decibels, s=24, color=style.SERIES[0], zorder=3)
-        axes.annotate(name, (milliseconds, decibels), (4, 3), textcoords="offset points", fontsize=7.5)
-    axes.set_xscale("log")
-    axes.margins(x=0.15)
-    axes.set_xlabel("time per picture, ms")
-    axes.set_ylabel("PSNR, dB")
-    axes.grid(True)
-    return figure
+    return pd.DataFrame(rows, columns=["filter", "milliseconds", "psnr_db"])

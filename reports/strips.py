@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from reports.errors import ReportError
-from reports.illuminations import illuminations
+from reports.illuminations import COLUMNS as COLUMNS_OF_LIGHT
+from reports.illuminations import Illumination
 from reports.run import BASELINE, Run, records
 from reports.tracks import read_csv
 
@@ -20,6 +21,7 @@ PICTURES = {
 }
 COLUMNS = ("scene", "illumination", "filter", "frame", "rank", "iou", "psnr_db", *PICTURES)
 RANKS = ("best", "median", "worst")
+Labels = dict[tuple[str, str], str]
 PNG = b"\x89PNG\r\n\x1a\n"
 BUDGET_BYTES = 3_500_000
 """Of PNG on the page: base64 adds a third, and the page must stay far below 8 MB."""
@@ -61,7 +63,7 @@ def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
     if not path.exists():
         return (), 0
     rows = records(read_csv(path, COLUMNS))
-    labels = {light.name: light.label for light in illuminations(run)}
+    labels = _lights(run)
     rows.sort(key=lambda row: _order(row, run))
     chosen: list[Strip] = []
     spent = 0
@@ -72,6 +74,17 @@ def strips(run: Run) -> tuple[tuple[Strip, ...], int]:
             break
         chosen.append(strip)
     return tuple(chosen), len(rows)
+
+
+def _lights(run: Run) -> Labels:
+    """What each light is called, by scene and name: a study of several scenes has its own in each."""
+    several = len(run.scenes) > 1
+    rows = records(run.frames[["scene", *COLUMNS_OF_LIGHT]].drop_duplicates())
+    return {
+        (str(row["scene"]), str(row["illumination"])): f"{row['scene']}, " * several
+        + Illumination.of(row).label
+        for row in rows
+    }
 
 
 def _order(row: dict[str, Any], run: Run) -> tuple[Any, ...]:
@@ -86,15 +99,16 @@ def _order(row: dict[str, Any], run: Run) -> tuple[Any, ...]:
     )
 
 
-def _strip(row: dict[str, Any], folder: Path, labels: dict[str, str]) -> Strip:
+def _strip(row: dict[str, Any], folder: Path, labels: Labels) -> Strip:
     files = {kind: folder / str(row[kind]) for kind in PICTURES}
     for file in files.values():
         _check(file)
     name = str(row["illumination"])
+    place = str(row["scene"])
     return Strip(
         str(row["filter"]),
         str(row["rank"]),
-        labels.get(name, name),
+        labels.get((place, name), name),
         int(row["frame"]),
         float(row["iou"]),
         float(row["psnr_db"]),

@@ -64,6 +64,10 @@ def placed(study: Study, scene: str | None, split: SplitName | None, data: Path 
     """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study
+    if study.sequence == "filters":
+        from bench.another_place import in_scenes
+
+        return in_scenes(study, scene, None if split is None else split.value)
     if study.sequence != "rendered":
         from bench.errors import BenchError
 

@@ -75,6 +75,11 @@ def split(scene: Scene, states: Sequence[Lamps]) -> Scene:
     return replace(scene, bulbs=tuple(bulbs))
 
 
+def middle_lumen(scene: Scene) -> float:
+    """Of the middle lamp of a scene as it is built; 1 for a scene without any."""
+    return float(np.median([bulb.lumen for bulb in scene.bulbs])) if scene.bulbs else 1.0
+
+
 def fitted(scene: Scene, choice: LampChoice) -> Scene:
     """The scene with every lamp as the study has it.
 

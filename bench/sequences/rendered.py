@@ -104,9 +104,15 @@ class RenderedSequence:
         """
         return self._exposed(basis, illumination, frame)[:2]
 
-    def record(self, basis: LightBasis, illumination: Illumination, frame: int) -> Recording:
-        """Take the picture of a frame under an illumination."""
+    def record(
+        self, basis: LightBasis, illumination: Illumination, frame: int, highlights: bool = True
+    ) -> Recording:
+        """Take the picture of a frame under an illumination.
+
+        Without ``highlights`` all specular light is removed; exposure and noise are drawn as with it.
+        """
         diffuse, specular, white, exposure = self._exposed(basis, illumination, frame)
+        specular = specular if highlights else np.zeros_like(specular)
         return record(
             self.sensor,
             diffuse,
