@@ -92,11 +92,11 @@ class RunFolder:
 
     def write_frames(self, rows: Iterable[Row]) -> Path:
         """Write ``frames.parquet``; every row has exactly the columns of `bench.schema.FRAME_COLUMNS`."""
-        return self._write_table("frames.parquet", rows, FRAME_COLUMNS)
+        return self.write_table("frames.parquet", rows, FRAME_COLUMNS)
 
     def write_runs(self, rows: Iterable[Row]) -> Path:
         """Write ``runs.parquet``; every row has exactly the columns of `bench.schema.RUN_COLUMNS`."""
-        return self._write_table("runs.parquet", rows, RUN_COLUMNS)
+        return self.write_table("runs.parquet", rows, RUN_COLUMNS)
 
     def write_trajectory(self, name: str, stamps: ArrayLike, poses: ArrayLike) -> Path:
         """Write ``trajectories/<name>.tum``: stamp, position and quaternion (x y z w) in each line.
@@ -126,7 +126,8 @@ class RunFolder:
         for file, content in map_server.files(grid, name).items():
             (self.path / "maps" / file).write_bytes(content)
 
-    def _write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
+    def write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
+        """Write a Parquet table; every row has exactly the columns."""
         import pyarrow.parquet as pq
 
         target = self.path / name

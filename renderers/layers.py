@@ -35,6 +35,8 @@ class LayerShader:
         Baked for the same layers.
     bounces : bool
         Whether mirrored surfaces are seen; without, their images are black.
+    sparse_shadows : bool
+        Whether blocks of pixels share shadow rays (`renderers.shadows`).
     """
 
     def __init__(
@@ -46,8 +48,9 @@ class LayerShader:
         bounces: bool,
         threads: Threads,
         supersampling: int,
+        sparse_shadows: bool = False,
     ) -> None:
-        self._supersampling = supersampling
+        self._sparse_shadows, self._supersampling = sparse_shadows, supersampling
         self._mesh, self._caster, self._layers, self._threads = mesh, caster, layers, threads
         self._suns = [
             (k, light) for k, lights in enumerate(layers) for light in lights if isinstance(light, SunLight)
@@ -137,7 +140,11 @@ class LayerShader:
         lights, arriving = [lights[k] for k in near], [arriving[k] for k in near]
         lux = [column.lux for column in arriving]
         points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
-        shares = visible_shares(lights, lux, points, normals, self._caster, shape, self._threads)
+        shares = visible_shares(
+            lights, lux, points, normals, self._caster, shape, self._threads, self._sparse_shadows
+        )
+        seen = [k for k, share in enumerate(shares) if share.any()]
+        arriving, shares = [arriving[k] for k in seen], [shares[k] for k in seen]
 
         def shade(part: slice) -> None:
             for column, share in zip(arriving, shares, strict=True):

@@ -7,7 +7,7 @@ neighbourhood disagree, and only there, lies a penumbra: its pixels cast the oth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 
 import cv2
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I64
 from renderers.lights import DirectLight
-from renderers.mesh import RayCaster
+from renderers.mesh import NOTHING, RayCaster
 from renderers.threads import ALONE, Threads
 
 POINTS = 16
@@ -28,6 +28,9 @@ NEIGHBOURHOOD = np.ones((5, 5), dtype=np.uint8)
 
 FAINT = 0.01
 """A light that brings less than this share of a point's light needs no smooth shadow."""
+
+BLOCK_PX = 4
+"""Side of the blocks of pixels that may share one first ray."""
 
 PATTERN = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])
 """Bayer's ordered dither (1973): neighbours' numbers differ by much."""
@@ -60,6 +63,7 @@ def visible_shares(
     caster: RayCaster,
     shape: tuple[int, int],
     threads: Threads = ALONE,
+    sparse: bool = False,
 ) -> list[F32]:
     """The share of each light's disc that the points of a picture see.
 
@@ -70,6 +74,8 @@ def visible_shares(
     points, normals : (H·W, 3) float32
         What pixels show.
     shape : (H, W)
+    sparse : bool
+        Whether blocks of `BLOCK_PX` pixels share a first ray where their neighbourhood agrees.
 
     Returns
     -------
@@ -79,7 +85,11 @@ def visible_shares(
     shares, arrived = [], np.zeros(len(points), dtype=np.float32)
     for light, unshadowed in zip(lights, lux, strict=True):
         facing = np.flatnonzero(unshadowed)
-        blocked = _blocked(light, points, normals, facing, number[facing], caster, threads)
+
+        def blocked_at(which: I64, light: DirectLight = light) -> NDArray[np.bool_]:
+            return _blocked(light, points, normals, which, number[which], caster, threads)
+
+        blocked = _sparsely(facing, shape, blocked_at) if sparse else blocked_at(facing)
         share = np.zeros(len(points), dtype=np.float32)
         _note(facing, blocked, unshadowed, share, arrived)
         shares.append(share)
@@ -125,6 +135,49 @@ def _blocked(
 
     threads.over(len(which), aim)
     return caster.any_hit(rays, light.far)
+
+
+def _sparsely(
+    facing: I64, shape: tuple[int, int], blocked_at: Callable[[I64], NDArray[np.bool_]]
+) -> NDArray[np.bool_]:
+    """Which of the facing pixels are blocked, by one ray a block and by all where neighbours differ."""
+    rows, columns = (-(-side // BLOCK_PX) for side in shape)
+    first = _first_of_blocks(facing, shape[1], rows, columns)
+    with_any = np.flatnonzero(first != NOTHING)
+    probed = blocked_at(first[with_any])
+    marks = np.zeros((rows * columns, 2), dtype=np.uint8)
+    marks[with_any, probed.astype(np.intp)] = 1
+    near = np.asarray(cv2.dilate(marks.reshape(rows, columns, 2), np.ones((3, 3), np.uint8))).reshape(-1, 2)
+    blocked, differ = _as_their_block(facing, shape[1], columns, marks, near)
+    blocked[differ] = blocked_at(facing[differ])
+    return blocked
+
+
+@njit(cache=True, nogil=True)
+def _first_of_blocks(facing: I64, width: int, rows: int, columns: int) -> I64:
+    """The first facing pixel of each block, `NOTHING` where it has none."""
+    first = np.full(rows * columns, NOTHING, dtype=np.int64)
+    for i in facing:
+        block = (i // width) // BLOCK_PX * columns + (i % width) // BLOCK_PX
+        if first[block] == NOTHING:
+            first[block] = i
+    return first
+
+
+@njit(cache=True, nogil=True)
+def _as_their_block(
+    facing: I64, width: int, columns: int, marks: NDArray[np.uint8], near: NDArray[np.uint8]
+) -> tuple[NDArray[np.bool_], I64]:
+    """Whether the ray of each pixel's block was blocked, and the pixels for which that is not enough."""
+    blocked, differ = np.empty(len(facing), dtype=np.bool_), np.empty(len(facing), dtype=np.int64)
+    count = 0
+    for k in range(len(facing)):
+        block = (facing[k] // width) // BLOCK_PX * columns + (facing[k] % width) // BLOCK_PX
+        blocked[k] = marks[block, 1] > 0
+        if near[block, 0] > 0 and near[block, 1] > 0:
+            differ[count] = k
+            count += 1
+    return blocked, differ[:count]
 
 
 def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64:

@@ -91,7 +91,7 @@ def load(folder: Path) -> Run:
         raise ReportError(f"no run folder at {folder}: give a folder that `python -m bench run` wrote")
     study = _study(folder / "study.yaml")
     filtered = kind_of(str(study.get("sequence"))).filtered
-    runs = _table(folder / "runs.parquet", RUN_COLUMNS)
+    runs = read_table(folder / "runs.parquet", RUN_COLUMNS)
     frames = _frames(folder / "frames.parquet", optional=not filtered)
     filters = _filter_order(study, frames, runs)
     if filtered and BASELINE not in filters:
@@ -140,7 +140,7 @@ def _text(path: Path) -> str:
 def _frames(path: Path, *, optional: bool) -> DataFrame:
     if optional and not path.exists():
         return _empty(FRAME_COLUMNS)
-    frames = _table(path, FRAME_COLUMNS)
+    frames = read_table(path, FRAME_COLUMNS)
     if frames.empty and not optional:
         raise _damaged(path, "has no rows")
     return frames
@@ -152,7 +152,14 @@ def _empty(columns: dict[str, str]) -> DataFrame:
     return pd.DataFrame({name: pd.Series(dtype=np.dtype(object)) for name in columns})
 
 
-def _table(path: Path, columns: dict[str, str]) -> DataFrame:
+def read_table(path: Path, columns: Mapping[str, str]) -> DataFrame:
+    """Read a Parquet table that must have certain columns; strings are text, numbers numbers.
+
+    Raises
+    ------
+    ReportError
+        The file is missing or damaged, or lacks a column.
+    """
     import pandas as pd
     import pyarrow as pa
 
@@ -168,7 +175,7 @@ def _table(path: Path, columns: dict[str, str]) -> DataFrame:
     return _typed(table, columns, path)
 
 
-def _typed(table: DataFrame, columns: dict[str, str], path: Path) -> DataFrame:
+def _typed(table: DataFrame, columns: Mapping[str, str], path: Path) -> DataFrame:
     """The table with numbers as numbers; strings keep whatever type pandas gave them."""
     table = table.copy()
     for name, kind in columns.items():

@@ -72,12 +72,13 @@ def run(
 def _override(study: Study, engine: EngineName | None, seed: int | None) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
+    from bench.study_model import RenderedStudy
 
     changes: dict[str, object] = {}
     if seed is not None:
         changes["seed"] = seed
     if engine is not None:
-        if study.sequence != "rendered":
+        if not isinstance(study, RenderedStudy):
             raise BenchError(f"--engine: study {study.name!r} renders nothing; leave the option out")
         changes["engine"] = engine.value
     return study.model_copy(update=changes)
