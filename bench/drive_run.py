@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import pickle
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,9 @@ def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Pro
     with writable_cache() as cache:
         lights = study.lights()
         colours = light_colours(study, cache)
-        setups = [SequenceSetup(only(study, i), choice.name, colours, 1, cache, sparse_shadows=True) for i in lights]
+        setups = [
+            SequenceSetup(only(study, i), choice.name, colours, 1, cache, sparse_shadows=True) for i in lights
+        ]
         with facts.timed("bake"), progress.stage("bake light", len(setups)) as advance:
             for setup in setups:
                 bake_scene(load_scene(setup.study), cache, progress.notice)
@@ -73,7 +75,11 @@ def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Pro
             for filter_choice in study.filters
             for episode in episodes
         ]
-        with facts.timed("drive"), progress.stage("drive", len(tasks)) as advance, workers(options.workers) as pool:
+        with (
+            facts.timed("drive"),
+            progress.stage("drive", len(tasks)) as advance,
+            workers(options.workers) as pool,
+        ):
             driven = []
             for result in pool.map(drive, tasks):
                 driven.append(result)
@@ -129,7 +135,9 @@ def _kept(row: dict[str, object], result: Drive) -> Driven:
 
 def stem(row: dict[str, object]) -> str:
     """File stem of what belongs to one drive."""
-    return "--".join(str(row[k]) for k in ("scene", "illumination", "filter", "task")) + f"--e{row['episode']}"
+    return (
+        "--".join(str(row[k]) for k in ("scene", "illumination", "filter", "task")) + f"--e{row['episode']}"
+    )
 
 
 def _write(folder: RunFolder, scene: str, occupancy: TrueOccupancy, driven: list[Driven]) -> None:

@@ -148,6 +148,8 @@ class LayerShader:
 
         def shade(part: slice) -> None:
             for column, share in zip(arriving, shares, strict=True):
+                if not share[part].any():
+                    continue
                 shade_light(
                     surfaces.normal[part],
                     surfaces.to_eye[part],

@@ -29,6 +29,9 @@ NEIGHBOURHOOD = np.ones((5, 5), dtype=np.uint8)
 FAINT = 0.01
 """A light that brings less than this share of a point's light needs no smooth shadow."""
 
+FAINT_OF_SPARSE = 0.05
+"""The same where blocks of pixels share a ray."""
+
 BLOCK_PX = 4
 """Side of the blocks of pixels that may share one first ray."""
 
@@ -94,7 +97,9 @@ def visible_shares(
         _note(facing, blocked, unshadowed, share, arrived)
         shares.append(share)
     for light, unshadowed, share in zip(lights, lux, shares, strict=True):
-        mixed = _penumbra(share, unshadowed, arrived, shape)
+        if not share.any():
+            continue
+        mixed = _penumbra(share, unshadowed, arrived, shape, FAINT_OF_SPARSE if sparse else FAINT)
         others = (number[mixed, None] + np.arange(1, POINTS)) % POINTS
         which = np.repeat(mixed, POINTS - 1)
         blocked = _blocked(light, points, normals, which, others.reshape(-1), caster, threads)
@@ -147,7 +152,8 @@ def _sparsely(
     probed = blocked_at(first[with_any])
     marks = np.zeros((rows * columns, 2), dtype=np.uint8)
     marks[with_any, probed.astype(np.intp)] = 1
-    near = np.asarray(cv2.dilate(marks.reshape(rows, columns, 2), np.ones((3, 3), np.uint8))).reshape(-1, 2)
+    wide = cv2.dilate(marks.reshape(rows, columns, 2), np.ones((3, 3), np.uint8))
+    near = np.asarray(wide, dtype=np.uint8).reshape(-1, 2)
     blocked, differ = _as_their_block(facing, shape[1], columns, marks, near)
     blocked[differ] = blocked_at(facing[differ])
     return blocked
@@ -180,12 +186,12 @@ def _as_their_block(
     return blocked, differ[:count]
 
 
-def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64:
+def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int], faint: float) -> I64:
     """The pixels about which some rays arrive and some do not, and to which the light matters."""
     marks = np.empty((*shape, 2), dtype=np.uint8)
     _mark(share, lux, marks.reshape(-1, 2))
     near = np.asarray(cv2.dilate(marks, NEIGHBOURHOOD), dtype=np.uint8).reshape(-1, 2)
-    return np.flatnonzero(_disagree(near, lux, arrived))
+    return np.flatnonzero(_disagree(near, lux, arrived, np.float32(faint)))
 
 
 @njit(cache=True, nogil=True)
@@ -207,9 +213,8 @@ def _mark(share: F32, lux: F32, marks: NDArray[np.uint8]) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _disagree(near: NDArray[np.uint8], lux: F32, arrived: F32) -> NDArray[np.bool_]:
+def _disagree(near: NDArray[np.uint8], lux: F32, arrived: F32, faint: np.float32) -> NDArray[np.bool_]:
     mixed = np.empty(len(lux), dtype=np.bool_)
-    faint = np.float32(FAINT)
     for i in range(len(lux)):
         mixed[i] = (near[i, 0] > 0) & (near[i, 1] > 0) & (lux[i] > 0) & (lux[i] > faint * arrived[i])
     return mixed

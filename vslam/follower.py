@@ -48,8 +48,8 @@ class FollowerSettings:
     approach_m, approach_speed_mps : float
         Within so many metres of a stop the speed falls in proportion to the distance, but not below.
     turn_in_place_rad, aligned_rad : float
-        Where the carrot lies farther aside than the first, the robot turns on the spot until it lies within the second.
-        Corners sharper than the first are driven up to.
+        Where the carrot lies farther aside than the first, the robot turns on the spot until it lies within
+        the second. Corners sharper than the first are driven up to.
     arrival_m : float
         As near counts as there.
     """
@@ -117,9 +117,7 @@ class PathFollower:
         own, (x, y, heading) = self.settings, pose
         self._progress(pose[:2])
         stop = self._stops[0]
-        lookahead = float(
-            np.clip(own.speed_mps * own.lookahead_s, own.min_lookahead_m, own.max_lookahead_m)
-        )
+        lookahead = float(np.clip(own.speed_mps * own.lookahead_s, own.min_lookahead_m, own.max_lookahead_m))
         carrot = self._at(min(self._done_m + lookahead, stop))
         dx, dy = carrot[0] - x, carrot[1] - y
         distance, aside = float(np.hypot(dx, dy)), float(wrap_angle(np.arctan2(dy, dx) - heading))
@@ -145,7 +143,7 @@ class PathFollower:
         return Command(speed, curvature * speed)
 
     def _progress(self, xy: FloatArray) -> None:
-        """Move to the nearest point of the path, forwards and no farther than the carrot and the next stop."""
+        """Move to the nearest point of the path, forwards, no farther than the carrot and the next stop."""
         if len(self._stops) > 1 and np.linalg.norm(self._at(self._stops[0]) - xy) <= self.settings.arrival_m:
             self._done_m = self._stops.pop(0)
             return

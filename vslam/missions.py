@@ -53,7 +53,9 @@ class GoTo:
     refreshes = True
 
     def __init__(self, places: ArrayLike) -> None:
-        self._places = [np.array(p, dtype=np.float64) for p in np.asarray(places, dtype=np.float64).reshape(-1, 2)]
+        self._places = [
+            np.array(p, dtype=np.float64) for p in np.asarray(places, dtype=np.float64).reshape(-1, 2)
+        ]
 
     @property
     def places_left(self) -> int:
@@ -83,7 +85,7 @@ class GoTo:
 
 
 class Explore:
-    """To the nearest frontier, along ways through known free space, until none can be reached (Yamauchi 1997).
+    """To the nearest frontier, through known free space, until none can be reached (Yamauchi 1997).
 
     A frontier that is still there after a look around from it is given up.
     """
@@ -105,7 +107,9 @@ class Explore:
         """See `Mission`."""
         routes = self.routes(grid, settings)
         smallest = max(1, round(2 * settings.robot_radius_m / grid.resolution))
-        clear = distance_transform_edt(~grid.occupied) if grid.occupied.any() else np.ones(grid.log_odds.shape)
+        clear = (
+            distance_transform_edt(~grid.occupied) if grid.occupied.any() else np.ones(grid.log_odds.shape)
+        )
         best: Plan | None = None
         for group in frontiers(grid.free, grid.unknown, smallest):
             row, col = group[int(np.argmax(clear[group[:, 0], group[:, 1]]))]

@@ -63,8 +63,14 @@ class Navigator:
         self.state, self.replans = State.under_way, 0
         self._follower: PathFollower | None = None
         self._looks = 0
-        self._to_turn, self._heading = 0.0, 0.0  # rad left of a turn on the spot, and the heading last counted
-        self._sweeping, self._searched = False, False  # it looks around as the mission wants, for want of a way
+        self._to_turn, self._heading = (
+            0.0,
+            0.0,
+        )  # rad left of a turn on the spot, and the heading last counted
+        self._sweeping, self._searched = (
+            False,
+            False,
+        )  # it looks around as the mission wants, for want of a way
 
     @property
     def path(self) -> FloatArray:

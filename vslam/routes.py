@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vslam.line_of_sight import line_of_sight
 from vslam.occupancy import OccupancyGrid
-from vslam.planner import Plan, Planner, PlanFailure
+from vslam.planner import Plan, PlanFailure, Planner
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -72,8 +73,8 @@ class Routes:
         return failure
 
     def blocks(self, path: FloatArray) -> bool:
-        """Whether a path leads through what is now blocked; a start that is too near to something is let go."""
-        legs = list(zip(path[:-1], path[1:], strict=True))
+        """Whether a path leads through what is now blocked; a start too near to something is let go."""
+        legs = list(pairwise(path))
         if legs and self._blocked_at(self.near, path[0]):
             legs = legs[1:]
         return not all(self.in_sight(a, b) for a, b in legs)

@@ -205,9 +205,9 @@ class _Drive:
         for _ in range(count):
             left = self.robot.navigator.mission.places_left
             command = self.robot.command()
-            if self.robot.navigator.mission.places_left < left:
-                if outcome := self._judge_arrival():
-                    return outcome
+            arrived = self.robot.navigator.mission.places_left < left
+            if arrived and (outcome := self._judge_arrival()):
+                return outcome
             self.robot.feel(self.world.apply(command, self._frame_s / count))
             if self.world.collided:
                 return "collision"

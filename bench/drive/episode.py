@@ -72,7 +72,8 @@ def draw(study: DriveStudy, occupancy: TrueOccupancy) -> list[Episode]:
             roomy, occupancy.origin, occupancy.resolution, rng, task.pairs, choice.min_distance_m
         )
         for pair in pairs:
-            start, places = _facing(pair[0], rng), np.array([pair[1], *([pair[0]] if choice.home else [])])
+            start = _facing(pair[0], generator(study.seed, "drive", "goal", len(episodes)))
+            places = np.array([pair[1], *([pair[0]] if choice.home else [])])
             optimum = shortest_m(planner, pair[0], places)
             for _ in range(study.seeds):
                 episodes.append(Episode("goal", len(episodes), start, start, places, optimum))
@@ -80,7 +81,7 @@ def draw(study: DriveStudy, occupancy: TrueOccupancy) -> list[Episode]:
         rng = generator(study.seed, "drive", "explore")
         pairs = sample_pairs(roomy, occupancy.origin, occupancy.resolution, rng, choice.explorations, 0.0)
         for k, pair in enumerate(pairs):
-            start = _facing(pair[0], rng)
+            start = _facing(pair[0], generator(study.seed, "drive", "explore", k))
             episodes.append(Episode("explore", k, start, start, np.zeros((0, 2)), np.nan))
     return episodes
 
@@ -97,7 +98,9 @@ def shortest_m(planner: Planner, start: FloatArray, places: FloatArray) -> float
     for a, b in pairwise([start, *places]):
         found = planner.plan(a, b, any_angle=True)
         if not isinstance(found, Plan):
-            raise BenchError(f"drive: no way from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) m: {found.reason}")
+            raise BenchError(
+                f"drive: no way from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) m: {found.reason}"
+            )
         total += found.cost_m
     return total
 

@@ -21,9 +21,9 @@ FloatArray = NDArray[np.float64]
 class TrueWorld:
     """Where the robot truly is.
 
-    It moves as commanded plus noise; the odometry reports what was commanded, as wheels do that slip (eq. 3-8:
-    R_t = f(R, u, n)). The noise of a picture's interval is one draw, in proportion to what is driven in it, so
-    that it is the study's for an increment from picture to picture, whatever the rate of commands.
+    It moves as commanded plus noise; the odometry reports what was commanded, as wheels do that slip (eq.
+    3-8: R_t = f(R, u, n)). The noise of a picture's interval is one draw, in proportion to what is driven in
+    it, so that it is the study's for an increment from picture to picture, whatever the rate of commands.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class TrueWorld:
         self._blocked = inflate(occupancy.blocked, study.navigation.robot_radius_m, occupancy.resolution)
         self.pose: FloatArray = np.array(start, dtype=np.float64)
         self.driven_m, self.collided = 0.0, self._touches(start)
-        self._interval = 0
-        self._begin_interval()
+        self._interval, self._slip = 0, self._drawn(0)
+        self._counted, self._length, self._turn = np.zeros(3), 0.0, 0.0
 
     def apply(self, command: Command, seconds: float) -> FloatArray:
-        """Drive a command for a while; returns what the odometry counts, (3,) as in `vslam.motion.move`."""
+        """Drive a command for a while; gives the odometry's increment, (3,) as in `vslam.motion.move`."""
         counted = arc(command, seconds)
         sigma = increment_sigma(
             self._study.odometry, abs(command.speed_mps) * seconds, abs(command.turn_radps) * seconds
@@ -60,24 +60,23 @@ class TrueWorld:
         return counted
 
     def odometry(self) -> Odometry:
-        """The increment since the last picture, with the covariance that its own numbers tell; starts anew."""
+        """The increment since the last picture, with the covariance that it tells itself; starts anew."""
         sigma = increment_sigma(self._study.odometry, self._length, self._turn)
         increment = Odometry(self._counted, np.diag(sigma**2))
         self._interval += 1
-        self._begin_interval()
+        self._slip = self._drawn(self._interval)
+        self._counted, self._length, self._turn = np.zeros(3), 0.0, 0.0
         return increment
 
     def explored(self, grid: OccupancyGrid) -> float:
-        """Share of the truly free cells, as far as the robot's disc or its view can reach, held for free."""
+        """Share of the truly free cells that can be reached, held for free by a map of the same extent."""
         free = ~self._occupancy.blocked
         rows, cols = free.shape
         held = grid.free[:rows, :cols]
         return float((held & free[: held.shape[0], : held.shape[1]]).sum() / max(free.sum(), 1))
 
-    def _begin_interval(self) -> None:
-        rng = generator(self._study.seed, "motion", self._stream, self._interval)
-        self._slip = rng.standard_normal(3)
-        self._counted, self._length, self._turn = np.zeros(3), 0.0, 0.0
+    def _drawn(self, interval: int) -> FloatArray:
+        return generator(self._study.seed, "motion", self._stream, interval).standard_normal(3)
 
     def _touches(self, pose: FloatArray) -> bool:
         place = self._occupancy

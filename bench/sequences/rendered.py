@@ -229,7 +229,7 @@ def odometry(study: RenderedStudy, poses: FloatArray, seed: int) -> tuple[Odomet
 
 
 def increment_sigma(noise: OdometryNoise, length: float, turn: float) -> FloatArray:
-    """(3,) float64: σ forward, left (metres) and of the heading (rad) of an increment of so many m and rad."""
+    """(3,) float64: σ forward, left (metres) and of the heading (rad) of an increment of so many m, rad."""
     heading = np.hypot(noise.sigma_heading_rad_per_m * length, noise.sigma_heading_rad_per_rad * turn)
     return np.array(
         [noise.sigma_forward_m_per_m * length, noise.sigma_lateral_m_per_m * length, float(heading)]
