@@ -8,16 +8,20 @@ from functools import singledispatch
 from itertools import product
 
 from bench import study as study_files
+from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, RenderedStudy, Study
+from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
+from vslam.filters.parameters import NO_DEFAULT, FilterParameter
+from vslam.filters.registry import FilterDescription
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A name and one line about it."""
+    """A name, one line about it, and further lines where there is more to say."""
 
     name: str
     summary: str
+    details: tuple[str, ...] = ()
 
 
 def scenes() -> list[Entry]:
@@ -27,18 +31,52 @@ def scenes() -> list[Entry]:
     return [Entry(info.name, info.summary) for info in library.describe()]
 
 
-def filters() -> list[Entry]:
-    """The light filters, each with its source."""
+def filters(timed: bool = False) -> list[Entry]:
+    """The light filters, each with its source, the picture it wants and its parameters.
+
+    With ``timed`` each is built and measured (`bench.filter_times`), which takes a few seconds.
+    """
     from vslam.filters import registry
 
     return [
-        Entry(f.name, f"{f.summary} [{f.source}]" if f.source else f.summary) for f in registry.describe()
+        Entry(
+            f.name,
+            f"{f.summary} [{f.source}]" if f.source else f.summary,
+            (_needs(f, timed), *(_parameter(p) for p in f.parameters)),
+        )
+        for f in registry.describe()
     ]
+
+
+def _needs(description: FilterDescription, timed: bool) -> str:
+    wants = f"wants {description.wants.value}"
+    if not timed:
+        return wants
+    from bench.filter_times import HEIGHT, WIDTH, milliseconds
+    from vslam.errors import VslamError
+
+    try:
+        return f"{wants}; {milliseconds(description.name):.2g} ms a frame at {WIDTH} × {HEIGHT}"
+    except VslamError as error:
+        return f"{wants}; not timed: {error}"
+
+
+def _parameter(parameter: FilterParameter) -> str:
+    typed = f"{parameter.name}: {parameter.type}" if parameter.type else parameter.name
+    default = "" if parameter.default is NO_DEFAULT else f" = {parameter.default!r}"
+    return f"{typed}{default}  {parameter.meaning}".rstrip()
 
 
 def studies() -> list[Entry]:
     """The packaged studies."""
     return [Entry(name, study_files.load(name).title) for name in study_files.names()]
+
+
+def backends() -> list[Entry]:
+    """The SLAM back-ends, each with its first line."""
+    from vslam.slam_backend import backends as known
+
+    return [Entry(name, (known.get(name).__doc__ or "").strip().split("\n")[0]) for name in known.names()]
 
 
 def layouts() -> list[Entry]:
@@ -63,30 +101,57 @@ def check(study: Study) -> None:
 
 @check.register
 def _(study: RenderedStudy) -> None:
+    from vslam.filters import registry
     from vslam.slam import SlamSettings
 
     if study.scene.file is None:
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
-    _known("filter", [choice.name for choice in study.filters], (entry.name for entry in filters()))
-    _try_parameters(study)
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
     _try_lights(study)
     SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
 
 
 @check.register
+def _(study: PairsStudy) -> None:
+    from vslam.filters import registry
+
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+
+
+@check.register
 def _(study: DlrStudy) -> None:
-    from vslam.slam import SlamSettings
-
-    for association, observation in product(study.associations, study.observations):
-        SlamSettings(study.backend, association, observation, study.gate)
+    _try_backends(study.backends, product(study.associations, study.observations))
 
 
-def _try_parameters(study: RenderedStudy) -> None:
-    """Build the filters whose parameters a study sets, so that a wrong one costs no rendering."""
+@check.register
+def _(study: DriveStudy) -> None:
+    _try_backends(study.backends, [("annotated", study.observation)])
+
+
+def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, str]]) -> None:
+    """Build each back-end, so that a wrong name or parameter costs no run."""
+    from vslam.slam import Slam, SlamSettings
+
+    for choice, (association, observation) in product(choices, list(forms)):
+        Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
+
+
+def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
+    """Of the filters that are chosen by a registered name, not by class or file."""
+    from vslam.filters import discovery
+
+    chosen = [choice.name for choice in study.filters]
+    return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
+
+
+def _try_filters(study: RenderedStudy | PairsStudy) -> None:
+    """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 
     for choice in study.filters:
-        if choice.parameters:
+        if choice.parameters or choice.name not in registry.names():
             registry.create(choice.name, **choice.parameters)
 
 

@@ -43,7 +43,10 @@ def _no_command(context: typer.Context) -> None:
 
 
 def main() -> None:
-    """Run the command line and exit: 0 done, 2 the user can mend it, 130 interrupted. Bugs keep a trace."""
+    """Run the command line and exit; bugs keep a trace.
+
+    0 done, 2 the user can mend it, 3 a run is whole but holds failures, 130 interrupted.
+    """
     sys.exit(execute(sys.argv[1:]))
 
 

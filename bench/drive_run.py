@@ -20,7 +20,7 @@ from bench.schema import DRIVE_COLUMNS
 from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import DriveStudy, FilterChoice, Illumination
+from bench.study_model import ClosedLoopStudy, FilterChoice, Illumination
 from bench.workers import workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
@@ -50,7 +50,7 @@ class Driven:
     grid: OccupancyGrid
 
 
-def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+def run(study: ClosedLoopStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Drive a study into a run folder; the tables of frames and runs stay empty."""
     choice = choose_engine(study.engine)
     if choice.notice:
@@ -88,7 +88,7 @@ def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Pro
     return facts
 
 
-def only(study: DriveStudy, illumination: Illumination) -> DriveStudy:
+def only(study: ClosedLoopStudy, illumination: Illumination) -> ClosedLoopStudy:
     """The study with one illumination, so that its scene has no more layers of light than that needs."""
     grid = study.illuminations
     if grid.times is not None:
@@ -105,7 +105,7 @@ def only(study: DriveStudy, illumination: Illumination) -> DriveStudy:
 def drive(task: Task) -> Driven:
     """Drive one task; a pure function of it."""
     sequence, occupancy = _place(task.setup)
-    assert isinstance(sequence.study, DriveStudy)
+    assert isinstance(sequence.study, ClosedLoopStudy)
     result = ClosedLoop(sequence, occupancy, task.illumination).drive(task.episode, task.choice)
     row = scores.row(
         sequence.study, sequence.scene.name, task.illumination, task.choice.label, task.episode, result

@@ -91,14 +91,19 @@ def _run(variant: Variant, seed: int) -> Localised:
     increments = odometry(study, world.poses, seed)
     steps = [(u, p.observations) for u, p in zip(increments, variant.percepts, strict=True)]
     choice = study.slam
-    settings = SlamSettings(choice.backend, choice.association, choice.observation, choice.gate)
+    settings = SlamSettings(choice.backend, choice.association, choice.observation, choice.gate, seed=seed)
+    if all(p.failed for p in variant.percepts):
+        return _failed(variant, seed, f"the filter failed on every picture: {variant.percepts[0].failed}")
     try:
         result = run_slam(steps, settings)
     except VslamError as error:
-        return Localised(
-            _labels(variant, seed) | {"status": f"failed: {error}"}, np.zeros((0, 3)), np.zeros((0, 5))
-        )
+        return _failed(variant, seed, str(error))
     return _score(variant, seed, result)
+
+
+def _failed(variant: Variant, seed: int, reason: str) -> Localised:
+    row = _labels(variant, seed) | {"status": f"failed: {reason}"}
+    return Localised(row, np.zeros((0, 3)), np.zeros((0, 5)))
 
 
 def _score(variant: Variant, seed: int, result: SlamResult) -> Localised:

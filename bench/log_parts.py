@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DlrStudy, RenderedStudy, Study
+from bench.study_model import DriveStudy, RenderedStudy, Study
 
 S = TypeVar("S", bound=Study)
 
@@ -14,9 +14,11 @@ LOG = "log"
 """Name of the parameter by which a scene's builder asks for the log."""
 
 
-def reads_log(study: Study) -> bool:
-    """Whether the study replays the log, or its scene or camera comes from it."""
-    if isinstance(study, DlrStudy):
+def reads_data(study: Study) -> bool:
+    """Whether the study is about recorded data, or its scene or camera comes out of the log."""
+    if isinstance(study, DriveStudy):
+        return any(drive.source != "loop" for drive in study.drives)
+    if not isinstance(study, RenderedStudy):
         return True
     return study.camera.source == "dlr" or _scene_asks(study.scene.name)
 
@@ -40,7 +42,7 @@ def resolved(study: S, data: Path | None = None) -> S:
     BenchError
         If the study needs the log and there is none, or it has no camera.
     """
-    if not isinstance(study, RenderedStudy) or not reads_log(study):
+    if not isinstance(study, RenderedStudy) or not reads_data(study):
         return study
     from bench.sequences.dlr_camera import robot_camera
 

@@ -5,18 +5,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.metrics import detection, mask, restoration
+from bench.schema import FRAME_COLUMNS
 from bench.sequences.rendered import RenderedSequence, calibration
 from bench.study_model import FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from vslam.detect import DetectorSettings, DiscDetector
 from vslam.filters import registry
-from vslam.filters.base import LightFilter
+from vslam.filters.apply import FilterFailureError, apply
+from vslam.filters.base import Filtered, LightFilter
 from vslam.frame import Observations
 from vslam.scan import Scan, scan
 
@@ -35,10 +38,13 @@ class Percept:
         The detector's, ids −1.
     landmark : (n,) int64
         True landmark of each observation (row in the scene's list), −1 for none. For scoring only.
+    failed : str
+        Why the filter failed on the picture; there are no observations then. Empty where it did not.
     """
 
     observations: Observations
     landmark: NDArray[np.int64]
+    failed: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,13 +87,13 @@ class Perception:
             recording = self.sequence.record(basis, illumination, frame)
             target = restoration.Target(recording.diffuse)
             for label, light_filter in self._filters:
-                row, percept = self._variant(frame, recording, target, light_filter, visible)
-                rows.append(self._labels(illumination, frame, label) | row)
+                row, percept = self._try(frame, recording, target, light_filter, visible)
+                rows.append(row | self._labels(illumination, frame, label))
                 percepts[illumination.name, label] = percept
         depth = self.sequence.measured_depth(basis, frame)
         return FramePercepts(frame, rows, percepts, scan(depth, self._calibration))
 
-    def _variant(
+    def _try(
         self,
         frame: int,
         recording: Recording,
@@ -95,9 +101,24 @@ class Perception:
         light_filter: LightFilter,
         visible: NDArray[np.bool_],
     ) -> tuple[dict[str, object], Percept]:
+        """Filter and score; a filter that fails costs its own row, never the run."""
         start = time.perf_counter()
-        filtered = light_filter(recording.image)
+        try:
+            filtered = apply(light_filter, recording.image)
+        except FilterFailureError as error:
+            return _failed(error.reason, recording, visible)
         seconds = time.perf_counter() - start
+        row, percept = self._score(frame, recording, target, filtered, visible)
+        return row | {"filter_ms": 1e3 * seconds, "status": "ok"}, percept
+
+    def _score(
+        self,
+        frame: int,
+        recording: Recording,
+        target: restoration.Target,
+        filtered: Filtered,
+        visible: NDArray[np.bool_],
+    ) -> tuple[dict[str, object], Percept]:
         observations = self._detect(filtered.image)
         masks = mask.evaluate(filtered.mask, recording.highlight, filtered.score)
         repaired = restoration.evaluate(filtered.image, target, recording.highlight)
@@ -109,7 +130,6 @@ class Perception:
             "landmarks_visible": found.visible,
             "landmarks_detected": found.detected,
             "detections_true": found.true,
-            "filter_ms": 1e3 * seconds,
         }
         return row, Percept(observations, found.assigned_ids)
 
@@ -128,6 +148,21 @@ class Perception:
         c, s = np.cos(theta), np.sin(theta)
         offset = self.sequence.scene.landmark_positions - (x, y)
         return np.asarray(offset @ np.array([[c, -s], [s, c]]))
+
+
+def _failed(
+    reason: str, recording: Recording, visible: NDArray[np.bool_]
+) -> tuple[dict[str, object], Percept]:
+    """What is known of a picture that a filter failed on: the truth, and nothing seen."""
+    row: dict[str, object] = dict.fromkeys((k for k, kind in FRAME_COLUMNS.items() if kind == "float64"), nan)
+    row |= {
+        "true_share": float(recording.highlight.mean()),
+        "landmarks_visible": int(visible.sum()),
+        "landmarks_detected": 0,
+        "detections_true": 0,
+        "status": f"failed: {reason}",
+    }
+    return row, Percept(Observations.none(), np.zeros(0, dtype=np.int64), reason)
 
 
 def make_filter(choice: FilterChoice) -> LightFilter:

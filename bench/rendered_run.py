@@ -29,6 +29,7 @@ from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
 from scenes.occupancy import TrueOccupancy, check_tour, true_occupancy
+from vslam.filters.apply import FilterFailureError
 
 
 def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
@@ -112,9 +113,12 @@ def _perceive(setup: SequenceSetup, frames: int, pool: Workers, progress: Progre
     return percepts
 
 
-def _show_choice(task: tuple[bytes, strips.Choice]) -> strips.Strip:
+def _show_choice(task: tuple[bytes, strips.Choice]) -> strips.Strip | None:
     pickled_setup, choice = task
-    return strips.render(choice, _perception(pickled_setup).sequence)
+    try:
+        return strips.render(choice, _perception(pickled_setup).sequence)
+    except FilterFailureError:  # it fails now and then; its rows say where it failed
+        return None
 
 
 def _show(
@@ -123,7 +127,7 @@ def _show(
     pickled, shown = pickle.dumps(setup), []
     with progress.stage("pictures", len(choices)) as advance:
         for strip in pool.map(_show_choice, [(pickled, choice) for choice in choices]):
-            shown.append(strip)
+            shown += [strip] if strip is not None else []
             advance(1)
     return shown
 

@@ -27,9 +27,11 @@ FRAME_COLUMNS: dict[str, str] = {
     "landmarks_detected": "int64",
     "detections_true": "int64",
     "filter_ms": "float64",
+    "status": "string",
 }
-"""One row per picture and filter. ``time`` is a time of day, "09:00", empty where a study has none; ``lamps``
-the name of the lamps' state, "all" where all burn steadily."""
+"""One row per picture and filter. ``status`` is "ok" or "failed: reason"; a filter that fails on a picture
+has no metrics there: NaN, no detections. ``time`` is a time of day, "09:00", empty where a study has none;
+``lamps`` the name of the lamps' state, "all" where all burn steadily."""
 
 RUN_COLUMNS: dict[str, str] = {
     "scene": "string",
@@ -55,13 +57,53 @@ RUN_COLUMNS: dict[str, str] = {
     "landmarks_duplicated": "int64",
     "landmark_rmse_m": "float64",
     "nees": "float64",
+    "rpe_m": "float64",
+    "rpe_deg": "float64",
+    "bound_m": "float64",
     "association_precision": "float64",
     "association_recall": "float64",
     "nav_success": "float64",
     "nav_cost_ratio": "float64",
+    "step_ms": "float64",
+    "memory_mb": "float64",
     "status": "string",
 }
-"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN."""
+"""One row per SLAM run. ``status`` is "ok" or "failed: reason"; a metric without a meaning there is NaN. A
+picture that the filter failed on gives SLAM no observation; where it failed on all, the run has failed.
+
+``bound_m`` is the Cramér–Rao bound beside ``rmse_m`` (`bench.metrics.cramer_rao`); ``step_ms`` is measured,
+and NaN where runs must give the same bytes."""
+
+PICTURE_COLUMNS: dict[str, str] = {
+    "picture": "string",
+    "filter": "string",
+    "width": "int64",
+    "height": "int64",
+    "psnr_db": "float64",
+    "psnr_in_mask_db": "float64",
+    "ssim": "float64",
+    "ssim_volume": "float64",
+    "lmse": "float64",
+    "delta_e": "float64",
+    "filter_ms": "float64",
+    "status": "string",
+}
+"""``pictures.parquet`` of a study of picture pairs: one row per picture and filter."""
+
+MASK_COLUMNS: dict[str, str] = {
+    "picture": "string",
+    "filter": "string",
+    "truth": "string",
+    "iou": "float64",
+    "f1": "float64",
+    "precision": "float64",
+    "recall": "float64",
+    "ber": "float64",
+    "ap": "float64",
+    "masked_share": "float64",
+    "true_share": "float64",
+}
+"""``masks.parquet`` of such a study: one row per picture, filter and true mask ("residue > 16")."""
 
 DRIVE_COLUMNS: dict[str, str] = {
     "scene": "string",

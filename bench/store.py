@@ -127,7 +127,7 @@ class RunFolder:
             (self.path / "maps" / file).write_bytes(content)
 
     def write_table(self, name: str, rows: Iterable[Row], columns: Mapping[str, str]) -> Path:
-        """Write a Parquet table; every row has exactly the columns."""
+        """Write a table whose rows have exactly the columns of ``columns``, as Parquet."""
         import pyarrow.parquet as pq
 
         target = self.path / name

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.perception import make_filter
 from bench.pictures import write_png
 from bench.sequences.rendered import RenderedSequence
+from vslam.filters.apply import apply
 
 Row = dict[str, Any]
 RANKS = ("best", "median", "worst")
@@ -58,13 +59,19 @@ def choose(rows: Sequence[Row]) -> list[Choice]:
 
 
 def render(choice: Choice, sequence: RenderedSequence) -> Strip:
-    """Render a chosen frame again and filter it."""
+    """Render a chosen frame again and filter it.
+
+    Raises
+    ------
+    FilterFailureError
+        When the filter fails on the picture that it has filtered before.
+    """
     study, row = sequence.study, choice.row
     illumination = next(i for i in study.illuminations.grid() if i.name == row["illumination"])
     light_filter = next(make_filter(f) for f in study.filters if f.label == row["filter"])
     frame = row["frame"]
     recording = sequence.record(sequence.basis(frame), illumination, frame)
-    filtered = light_filter(recording.image)
+    filtered = apply(light_filter, recording.image)
     pictures = (recording.image, recording.highlight, filtered.mask, filtered.image, recording.diffuse)
     return Strip(choice, dict(zip(PICTURES, pictures, strict=True)))
 

@@ -15,16 +15,20 @@ from bench.study_errors import reason
 from bench.study_model import (
     SEQUENCES,
     DlrStudy,
+    DriveStudy,
     FilterChoice,
     Illumination,
+    PairsStudy,
     RenderedStudy,
     Study,
 )
 
 __all__ = [
     "DlrStudy",
+    "DriveStudy",
     "FilterChoice",
     "Illumination",
+    "PairsStudy",
     "RenderedStudy",
     "Study",
     "dump",

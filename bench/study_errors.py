@@ -73,14 +73,25 @@ def _key_path(error: ErrorDetails) -> Path:
 
 
 def _unknown_key(model: type[BaseModel], path: Path) -> str:
+    known = [model]
     for part in path[:-1]:
         if isinstance(part, str):
-            model = next(_models_in(model.model_fields[part].annotation))
+            known = list(_below(known, part))
+    model = known[0]
     near = get_close_matches(str(path[-1]), model.model_fields, n=2, cutoff=0.5)
     hint = (
         f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {', '.join(model.model_fields)}"
     )
     return f"unknown key: {hint}"
+
+
+def _below(models: list[type[BaseModel]], part: str) -> Iterator[type[BaseModel]]:
+    """Models of a field, or the one of a union that carries this tag."""
+    for model in models:
+        if part in model.model_fields:
+            yield from _models_in(model.model_fields[part].annotation)
+        elif any(get_args(field.annotation) == (part,) for field in model.model_fields.values()):
+            yield model
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -10,20 +10,25 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bench.backend_choice import BackendChoice, Backends
 from bench.camera_choice import CameraChoice, OpticsChoice
+from bench.drive_choice import LoopDrive, RecordedDrive, VirtualDrive, distinct_drives
 from bench.file_scene import FileScene, name_of
+from bench.filter_choice import FilterChoice, Filters
 from bench.illumination_grid import Illumination, IlluminationGrid
 from bench.sensor_choice import SensorChoice
 from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
 
 __all__ = [
     "SEQUENCES",
+    "BackendChoice",
     "CameraChoice",
+    "ClosedLoopStudy",
+    "ClosedLoopTask",
     "DepthNoise",
     "DiscChoice",
     "DlrStudy",
     "DriveStudy",
-    "DriveTask",
     "FileScene",
     "FilterChoice",
     "Illumination",
@@ -132,27 +137,6 @@ class DepthNoise(Part):
     max_m: Positive = 12.0
 
 
-class FilterChoice(Part):
-    """A light filter (`vslam.filters`), its parameters, and the label of its rows (by default its name)."""
-
-    name: Name
-    parameters: dict[str, Any] = Field(default_factory=dict)
-    label: Name = ""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name_alone(cls, value: Any) -> Any:
-        value = {"name": value} if isinstance(value, str) else value
-        if isinstance(value, dict) and "name" in value:
-            return {**value, "label": value.get("label") or value["name"]}
-        return value
-
-
-def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
-    """Doing nothing always stands beside the filters."""
-    return (FilterChoice(name="none"), *(f for f in filters if f.name != "none"))
-
-
 class DiscChoice(Part):
     """What size of disc the detector looks for (`vslam.detect.DetectorSettings`), metres."""
 
@@ -201,22 +185,14 @@ class RenderedStudy(Part):
     tour: TourChoice = TourChoice()
     odometry: OdometryNoise = OdometryNoise()
     depth: DepthNoise = DepthNoise()
-    filters: Annotated[tuple[FilterChoice, ...], AfterValidator(_none_first)] = (FilterChoice(name="none"),)
+    filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
     slam: SlamChoice = SlamChoice()
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()
 
-    @model_validator(mode="after")
-    def _labels_differ(self) -> RenderedStudy:
-        labels = [choice.label for choice in self.filters]
-        for label in labels:
-            if labels.count(label) > 1:
-                raise ValueError(f"filters: the label {label!r} stands twice; give one of them another label")
-        return self
 
-
-class DriveTask(Part):
+class ClosedLoopTask(Part):
     """What is driven in closed loop, and when the true world calls it a success.
 
     ``goal``: from a start to a goal at least ``min_distance_m`` away and home again, `NavigationTask.pairs`
@@ -237,17 +213,17 @@ class DriveTask(Part):
     commands_per_frame: int = Field(4, ge=1, le=100)
 
 
-class DriveStudy(RenderedStudy):
+class ClosedLoopStudy(RenderedStudy):
     """A robot that drives itself through a rendered scene, its own SLAM pose its only feedback.
 
     The tour gives its speed and the time between two pictures, nothing else.
     """
 
     sequence: Literal["drive"]  # type: ignore[assignment]  # another value of the key that tells kinds apart
-    drive: DriveTask = DriveTask()
+    drive: ClosedLoopTask = ClosedLoopTask()
 
     @model_validator(mode="after")
-    def _can_be_driven(self) -> DriveStudy:
+    def _can_be_driven(self) -> ClosedLoopStudy:
         if self.camera.optics.motion_blur:
             raise ValueError("camera.optics.motion_blur: is for tours; leave it out of a drive")
         known = [cell.name for cell in self.illuminations.grid()]
@@ -263,20 +239,60 @@ class DriveStudy(RenderedStudy):
 
 
 class DlrStudy(Part):
-    """The real DLR building log, replayed with every association and observation form."""
+    """The real DLR building log, replayed with every back-end, association and observation form."""
 
     sequence: Literal["dlr"]
     name: Name
     title: str = ""
     description: str = ""
     seed: int = Field(0, ge=0)
-    backend: Name = "ekf"
+    backends: Backends = (BackendChoice(name="ekf"),)
     associations: tuple[Name, ...] = Field(("annotated", "icnn"), min_length=1)
     observations: tuple[Name, ...] = Field(("cartesian", "range_bearing"), min_length=1)
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
 
-Study = Annotated[RenderedStudy | DlrStudy | DriveStudy, Field(discriminator="sequence")]
+class PairsStudy(Part):
+    """A folder of picture pairs (`bench.sequences.pairs`), named by ``--data``, that filters are scored on.
+
+    ``linear`` says that the files hold linear light; otherwise they are sRGB. ``thresholds`` are the grey
+    levels of 255 by which a picture has to exceed its diffuse one to count as affected.
+    """
+
+    sequence: Literal["pairs"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    filters: Filters = (FilterChoice(name="none"),)
+    linear: bool = False
+    thresholds: tuple[Annotated[int, Field(ge=0, le=254)], ...] = Field((8, 16, 32), min_length=1)
+
+
+class DriveStudy(Part):
+    """Back-ends compared on the same observations of known landmarks, simulated or recorded; no pictures.
+
+    ``seeds`` repeats what is random: a simulated drive, never a recorded one.
+    """
+
+    sequence: Literal["drives"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    drives: Annotated[
+        tuple[Annotated[RecordedDrive | VirtualDrive | LoopDrive, Field(discriminator="source")], ...],
+        Field(min_length=1),
+        AfterValidator(distinct_drives),
+    ]
+    backends: Backends
+    observation: Name = "cartesian"
+    seeds: int = Field(10, ge=1)
+
+
+Study = Annotated[
+    RenderedStudy | DlrStudy | DriveStudy | PairsStudy | ClosedLoopStudy, Field(discriminator="sequence")
+]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
 runs it, and ``reports/page_<sequence>.py``, which tells of it."""
 

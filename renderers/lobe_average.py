@@ -182,6 +182,7 @@ def _widen(
             at = i + stride if place + 1 < end else i - stride
             dx, dy, dz = to_eye[at, 0] - ex, to_eye[at, 1] - ey, to_eye[at, 2] - ez
             pixel = np.sqrt(dx * dx + dy * dy + dz * dz)
+            box[k, axis] = 0
             if pixel <= 0 or pixel > 0.2:  # the neighbour is the sky
                 continue
             within = (ax * dx + ay * dy + az * dz) / (length * pixel)

@@ -12,6 +12,7 @@ from reports.frame_sums import FrameSums, frame_sums
 from reports.run import BASELINE, Run
 from reports.run_sums import RunSums, run_sums
 from reports.statistics import Estimate
+from reports.wording import plural
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -38,6 +39,11 @@ class Comparison:
     frames: FrameSums
     runs: RunSums
     table: DataFrame
+
+    @property
+    def filters(self) -> frozenset[str]:
+        """Those that have filtered a picture, rather than failed on all."""
+        return frozenset(self.table["filter"])
 
     def recall(self, name: str, condition: Condition = None) -> Estimate:
         """Landmarks found of landmarks visible, 0…1."""
@@ -113,3 +119,8 @@ class Comparison:
 def compare(run: Run) -> Comparison:
     """Prepare the comparisons of a rendered run."""
     return Comparison(frame_sums(run), run_sums(run), run.frames)
+
+
+def left_out_text(comparison: Comparison) -> str:
+    """How many pictures no filter is compared on."""
+    return f"Left out: {plural(comparison.frames.left_out, 'picture')} that not every filter has."

@@ -48,6 +48,12 @@ def dlr_runs(run: Run) -> tuple[DlrRun, ...]:
     )
 
 
+def bound_m(run: Run) -> float:
+    """Cramér–Rao bound on the position RMSE of any online estimator, metres; NaN where none is stored."""
+    values = run.runs["bound_m"].dropna()
+    return float(values.mean()) if len(values) else nan
+
+
 @dataclass(frozen=True)
 class DlrColumn:
     """One number of the table: how it reads for a run, and for a published result."""

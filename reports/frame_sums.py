@@ -27,6 +27,7 @@ class FrameSums:
     Attributes
     ----------
     sums : (filters, illuminations, blocks, columns) float64
+        NaN for a filter that failed on every picture.
     axes : the names along the first, second and last axis
     block_length : int
         Frames per block.
@@ -71,6 +72,7 @@ def frame_sums(run: Run) -> FrameSums:
         np.array([lights.index(w) for w in table["illumination"]]),
         table["block"].to_numpy(),
     )
+    sums[[name not in set(table["filter"]) for name in run.filters]] = np.nan
     np.add.at(sums, at, table[list(columns)].to_numpy(np.float64))
     return FrameSums(sums, (run.filters, lights, columns), length, left_out)
 

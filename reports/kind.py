@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from reports.page import Page
     from reports.run import Run
+    from reports.tables import Failure
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Kind:
         Draws the figures and lays out the page.
     summary : callable
         The run in a terminal of 100 columns.
+    failures : callable
+        What failed in it, so that the program can exit accordingly.
     filtered : bool
         Whether such a run filters pictures: it then has frames, and among them the baseline's.
     rendered : bool
@@ -35,6 +38,7 @@ class Kind:
 
     compose: Callable[[Run], Page]
     summary: Callable[[Run], RenderableType]
+    failures: Callable[[Run], tuple[Failure, ...]]
     filtered: bool = True
     rendered: bool = False
 

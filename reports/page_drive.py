@@ -5,8 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from reports import figures_drive, provenance
-from reports.drive import EXPLORE, GOAL, discordant, drives, mean, outcomes, recall, share, verdict
+from reports import figures_closed_loop, provenance
+from reports.closed_loop import (
+    EXPLORE,
+    GOAL,
+    discordant,
+    drives,
+    failures,
+    mean,
+    outcomes,
+    recall,
+    share,
+    verdict,
+)
 from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import BASELINE, Run
@@ -56,7 +67,7 @@ def compose(run: Run) -> Page:
     own = drives(run)
     sections = [
         Section(task, title, tables=(table(run, task),), pictures=_pictures(run, task))
-        for task, title in figures_drive.TASKS.items()
+        for task, title in figures_closed_loop.TASKS.items()
         if own.has(task)
     ]
     sections.append(Section("reading", "How to read this", bullets=CAVEATS))
@@ -92,7 +103,7 @@ def table(run: Run, task: str) -> Table:
             data.append((label, name, *(f"{c.value} {c.interval}".strip() for c in cells), outcomes(drawn)))
     csv = f"figures/drive-{task}.csv"
     write_csv(pd.DataFrame(data, columns=["light", "filter", *head]), run.folder / csv)
-    return Table(figures_drive.TASKS[task], "filter", head, tuple(rows), csv=csv)
+    return Table(figures_closed_loop.TASKS[task], "filter", head, tuple(rows), csv=csv)
 
 
 def _cell(value: Estimate, digits: int, scale: float) -> Cell:
@@ -107,17 +118,17 @@ def _marked(cell: Cell, gained: int, lost: int, p: float) -> Cell:
 def _pictures(run: Run, task: str) -> tuple[Picture, ...]:
     pictures = [
         Picture(
-            figures_drive.draw_success(run, task),
+            figures_closed_loop.draw_success(run, task),
             "Share of drives that succeeded",
             "Dots with Wilson's 95 % intervals.",
         )
     ]
-    path = figures_drive.draw_map(run, task)
+    path = figures_closed_loop.draw_map(run, task)
     if path is not None:
         pictures.append(
-            Picture(path, "Where the robot was, and where it believed to be", figures_drive.PLACE_RULE)
+            Picture(path, "Where the robot was, and where it believed to be", figures_closed_loop.PLACE_RULE)
         )
-    curves = figures_drive.draw_exploration(run) if task == EXPLORE else None
+    curves = figures_closed_loop.draw_exploration(run) if task == EXPLORE else None
     if curves is not None:
         pictures.append(Picture(curves, "Free space explored over time", "A line for each drive."))
     return tuple(pictures)
@@ -128,7 +139,7 @@ def summary(run: Run) -> RenderableType:
     from rich.console import Group
 
     own, tables = drives(run), []
-    for task, title in figures_drive.TASKS.items():
+    for task, title in figures_closed_loop.TASKS.items():
         if not own.has(task):
             continue
         told = table(run, task)
@@ -142,4 +153,4 @@ def summary(run: Run) -> RenderableType:
     return Group(*paragraphs([verdict(run)], "bold"), *tables)
 
 
-KIND = Kind(compose, summary, filtered=False)
+KIND = Kind(compose, summary, failures, filtered=False)

@@ -11,7 +11,7 @@ from reports import (
     provenance,
     terminal_rendered,
 )
-from reports.comparison import Comparison, compare
+from reports.comparison import Comparison, compare, left_out_text
 from reports.illuminations import illuminations
 from reports.kind import Kind
 from reports.page import Page, Picture, Section
@@ -34,7 +34,7 @@ def compose(run: Run) -> Page:
         Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
         strip_section,
         Section("map", "Where the robot thought it was", pictures=maps),
-        Section("failures", "Runs that failed", bullets=_failures(run)),
+        Section("failures", "What failed", bullets=_failures(run)),
         Section("reading", "How to read this", bullets=_caveats(run, comparison)),
     )
     filled = tuple(s for s in sections if s.tables or s.pictures or s.strips or s.bullets)
@@ -105,7 +105,7 @@ def _maps(run: Run) -> tuple[Picture, ...]:
 
 
 def _failures(run: Run) -> tuple[str, ...]:
-    return tuple(f"{f.filter}: {plural(f.count, 'run')}: {f.reason}" for f in failures(run))
+    return tuple(f.text for f in failures(run))
 
 
 def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
@@ -129,9 +129,15 @@ def _caveats(run: Run, comparison: Comparison) -> tuple[str, ...]:
         "pictures without any truly affected pixel. Filter time is the median for one picture.",
         "The intervals speak for this scene, this camera and this tour; they cannot speak for others.",
     ]
+    if len(run.failed_frames):
+        texts.append(
+            "A picture that a filter failed on has no scores, is left out of the comparison for every "
+            "filter, and gives that filter's SLAM no observation. A filter that failed on all pictures has "
+            "no scores, and leaves none out."
+        )
     if frames.left_out:
-        texts.append(f"Left out: {plural(frames.left_out, 'frame')} that not every filter has.")
+        texts.append(left_out_text(comparison))
     return tuple(texts)
 
 
-KIND = Kind(compose, terminal_rendered.summary, rendered=True)
+KIND = Kind(compose, terminal_rendered.summary, failures, rendered=True)

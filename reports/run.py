@@ -15,7 +15,7 @@ from reports.errors import ReportError
 from reports.kind import kind_of
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 BASELINE = "none"
 """The filter that does nothing: the do-nothing picture and the all-negative mask at once."""
@@ -34,7 +34,9 @@ class Run:
     study, provenance : mapping
         ``study.yaml`` and ``provenance.json`` as parsed.
     frames : DataFrame
-        ``bench.schema.FRAME_COLUMNS``; empty for a study without pictures.
+        ``bench.schema.FRAME_COLUMNS`` of the pictures that were filtered; empty for a study without pictures.
+    failed_frames : DataFrame
+        The same of pictures that a filter failed on.
     runs : DataFrame
         ``bench.schema.RUN_COLUMNS``.
     filters : tuple of str
@@ -45,6 +47,7 @@ class Run:
     study: Mapping[str, Any]
     provenance: Mapping[str, Any]
     frames: DataFrame
+    failed_frames: DataFrame
     runs: DataFrame
     filters: tuple[str, ...]
 
@@ -98,7 +101,9 @@ def load(folder: Path) -> Run:
         raise ReportError(
             f"{folder} has no rows of the filter {BASELINE!r} to compare with: add it to the study's filters"
         )
-    return Run(folder, study, _provenance(folder / "provenance.json"), frames, runs, filters)
+    good = frames["status"] == OK
+    provenance = _provenance(folder / "provenance.json")
+    return Run(folder, study, provenance, _part(frames, good), _part(frames, ~good), runs, filters)
 
 
 def records(table: DataFrame) -> list[dict[str, Any]]:
@@ -152,13 +157,13 @@ def _empty(columns: dict[str, str]) -> DataFrame:
     return pd.DataFrame({name: pd.Series(dtype=np.dtype(object)) for name in columns})
 
 
-def read_table(path: Path, columns: Mapping[str, str]) -> DataFrame:
-    """Read a Parquet table that must have certain columns; strings are text, numbers numbers.
+def read_table(path: Path, columns: dict[str, str]) -> DataFrame:
+    """Read a Parquet file of the run folder and check its columns and types.
 
     Raises
     ------
     ReportError
-        The file is missing or damaged, or lacks a column.
+        When it is missing or damaged.
     """
     import pandas as pd
     import pyarrow as pa
@@ -175,7 +180,11 @@ def read_table(path: Path, columns: Mapping[str, str]) -> DataFrame:
     return _typed(table, columns, path)
 
 
-def _typed(table: DataFrame, columns: Mapping[str, str], path: Path) -> DataFrame:
+def _part(table: DataFrame, chosen: Series) -> DataFrame:
+    return table[chosen].reset_index(drop=True)
+
+
+def _typed(table: DataFrame, columns: dict[str, str], path: Path) -> DataFrame:
     """The table with numbers as numbers; strings keep whatever type pandas gave them."""
     table = table.copy()
     for name, kind in columns.items():

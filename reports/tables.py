@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from reports.comparison import Comparison, Condition
 from reports.run import BASELINE, OK, Run
 from reports.statistics import Estimate, plain
-from reports.wording import interval, number
+from reports.wording import interval, number, plural
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Measure = Callable[[Comparison, str, Condition], Estimate]
 
@@ -198,18 +201,28 @@ def mark(column: Column, row: Row) -> str:
 
 @dataclass(frozen=True)
 class Failure:
-    """A reason for which runs of a filter failed, and how many did."""
+    """Why a filter failed on pictures, or its SLAM runs did ("picture", "SLAM run"), how often."""
 
     filter: str
+    what: str
     reason: str
     count: int
 
+    @property
+    def text(self) -> str:
+        """In one line."""
+        return f"{self.filter}: {plural(self.count, self.what)}: {self.reason}"
+
 
 def failures(run: Run) -> tuple[Failure, ...]:
-    """Every reason of failure, by filter."""
-    bad = run.runs[run.runs["status"] != OK]
+    """Every reason of failure, by filter: of pictures, then of SLAM runs."""
+    bad_runs = run.runs[run.runs["status"] != OK]
+    return (*_counted(run.failed_frames, "picture"), *_counted(bad_runs, "SLAM run"))
+
+
+def _counted(bad: DataFrame, what: str) -> tuple[Failure, ...]:
     counted = Counter(zip(bad["filter"], bad["status"], strict=True))
     return tuple(
-        Failure(name, status.removeprefix("failed:").strip(), count)
+        Failure(name, what, status.removeprefix("failed:").strip(), count)
         for (name, status), count in sorted(counted.items())
     )

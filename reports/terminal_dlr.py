@@ -38,7 +38,7 @@ def summary(run: Run) -> RenderableType:
     failed = [f"{one.label}: {one.row['status']}" for one in dlr.dlr_runs(run) if not one.ok]
     notes = [
         dissertation.DIFFERENCE,
-        f"Bound for any online estimator: {number(dissertation.BOUND_M)} m. NEES of a consistent filter: 3.",
+        f"Bound for any online estimator: {number(dlr.bound_m(run), 2)} m. NEES of a consistent filter: 3.",
         *failed,
     ]
     return Group(table, *paragraphs(notes, "dim"))

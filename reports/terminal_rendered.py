@@ -18,7 +18,7 @@ def summary(run: Run) -> RenderableType:
     """The verdict, and every number with its interval."""
     from rich.console import Group
 
-    from reports.comparison import compare
+    from reports.comparison import compare, left_out_text
     from reports.headline import failed_text
     from reports.tables import BASELINE_NOTE, COLUMNS, cell_text, failures, headline, mark
     from reports.verdict import mask_verdict, verdict
@@ -37,8 +37,10 @@ def summary(run: Run) -> RenderableType:
         tables.append(table)
     notes = [
         f"{BASELINE_NOTE} After a value: its 95 % interval. ▲ better, ▼ worse than doing nothing.",
-        *(f"failed: {f.filter}, {f.count} x: {f.reason}" for f in failures(run)),
+        *(f"failed: {f.text}" for f in failures(run)),
     ]
+    if comparison.frames.left_out:
+        notes.append(left_out_text(comparison))
     sentences = [verdict(run, comparison), mask_verdict(run, comparison)]
     return Group(*paragraphs(sentences, "bold"), *tables, *paragraphs(notes, "dim"))
 

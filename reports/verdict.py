@@ -11,6 +11,7 @@ from reports.statistics import Estimate
 from reports.wording import NBSP, interval, listing, number, plural, telling_digits
 
 HELPED, HARMED, UNCLEAR, SAME, UNTESTED = "helped", "harmed", "unclear", "same", "untested"
+FAILED = "failed on every picture"
 
 RECALL_WORDS = {
     "name": "landmarks found of those visible",
@@ -47,7 +48,10 @@ def verdict(run: Run, comparison: Comparison) -> str:
         return (
             "This run holds no light filter, only the pictures as recorded, so there is nothing to compare."
         )
-    parts = [_on_filter(name, comparison) for name in run.light_filters]
+    parts = [
+        _on_filter(name, comparison) if name in comparison.filters else f"the filter “{name}” {FAILED}"
+        for name in run.light_filters
+    ]
     conditions = run.frames["illumination"].nunique()
     return f"Compared with doing nothing, over {plural(conditions, 'illumination')}, {'; '.join(parts)}."
 
@@ -126,7 +130,10 @@ def mask_verdict(run: Run, comparison: Comparison) -> str:
         return ""
     truth = comparison.mask(BASELINE, "true_share").value
     empty = comparison.right_pixels(BASELINE).value
-    parts = [_mask_words(name, comparison, empty) for name in run.light_filters]
+    parts = [
+        _mask_words(name, comparison, empty) if name in comparison.filters else f"“{name}” {FAILED}"
+        for name in run.light_filters
+    ]
     return (
         f"Light truly affects {number(100 * truth, 1)} % of the pixels, so an empty mask (IoU 0) is already "
         f"right on {number(100 * empty, 1)} % of them; {'; '.join(parts)}."

@@ -133,7 +133,7 @@ class Cartesian:
         H_R = np.empty((len(landmarks), 2, 3))
         H_R[:, :, :2] = -to_robot
         H_R[:, 0, 2], H_R[:, 1, 2] = local[:, 1], -local[:, 0]
-        return H_R, np.broadcast_to(to_robot, (len(landmarks), 2, 2))
+        return H_R, np.repeat(to_robot[None], len(landmarks), axis=0)
 
     def g(self, pose: FloatArray, z: FloatArray) -> FloatArray:
         """Landmarks in the world (eq. 3-7); (n, 2)."""
@@ -144,7 +144,7 @@ class Cartesian:
         to_world = rotation(pose[2])
         turned = z @ to_world.T
         by_heading = np.stack([-turned[:, 1], turned[:, 0]], axis=1)
-        return _pose_jacobian(by_heading), np.broadcast_to(to_world, (len(z), 2, 2))
+        return _pose_jacobian(by_heading), np.repeat(to_world[None], len(z), axis=0)
 
     def innovation(self, z: FloatArray, expected: FloatArray) -> FloatArray:
         """Z = z − h."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vslam.camera import Calibration
+from vslam.filters.apply import FilterFailureError, apply
 from vslam.filters.base import LightFilter
 from vslam.frame import Frame, Observations
 from vslam.motion import move
@@ -64,13 +65,25 @@ def run(
         In the grid's frame, metres.
     start_pose : (3,) array_like
         Where the first frame stands in the grid's frame; SLAM itself starts at its own origin.
+
+    Notes
+    -----
+    A frame that the filter fails on gives no observations; the robot drives on by its odometry.
     """
     poses = []
     for frame in frames:
-        filtered = light_filter(frame.image)  # phases 2 and 3: pre-processing and light filter
-        observations = detect(filtered.image)  # phase 4: landmark extraction,
+        observations = _see(frame, light_filter, detect)  # phases 2 to 4: light filter, landmark extraction,
         slam.step(frame.odometry, observations)  # association and EKF-SLAM,
         poses.append(move(np.asarray(start_pose, dtype=np.float64), slam.backend.pose))
         grid.integrate(poses[-1], scan(frame.depth, calibration))  # and mapping
     way = plan(grid, poses[-1][:2], goal_xy, robot_radius_m)  # phase 5: navigation
     return Outcome(np.array(poses), grid, way)
+
+
+def _see(
+    frame: Frame, light_filter: LightFilter, detect: Callable[[NDArray[np.uint8]], Observations]
+) -> Observations:
+    try:
+        return detect(apply(light_filter, frame.image).image)
+    except FilterFailureError:
+        return Observations.none()

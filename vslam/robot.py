@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vslam.camera import Calibration
+from vslam.filters.apply import apply
 from vslam.filters.base import LightFilter
 from vslam.follower import Command
 from vslam.frame import Frame, Observations
@@ -66,9 +67,9 @@ class Robot:
         Raises
         ------
         VslamError
-            As `Slam.step`.
+            As `Slam.step`; also when the filter fails.
         """
-        filtered = self._filter(frame.image)  # phases 2 and 3: pre-processing and light filter
+        filtered = apply(self._filter, frame.image)  # phases 2 and 3: pre-processing and light filter
         self.observations = self._detect(filtered.image)  # phase 4: landmark extraction,
         self.slam.step(frame.odometry, self.observations)  # association and SLAM,
         self._since = np.zeros(3)

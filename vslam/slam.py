@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-import vslam.ekf  # noqa: F401  (registers the back-end)
 from vslam.association import associations
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.observation import observation_models
-from vslam.slam_backend import Backend, backends
+from vslam.slam_backend import Backend, Smoothed, Smoother, backends, create
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,11 +35,16 @@ class SlamSettings:
     new_gate : float
         Probability with which a true pairing is *not* taken for a new landmark: one duplicate in 10,000
         re-observations when the models hold.
+    seed : int
+        Of whatever is random in the back-end, ≥ 0.
+    parameters : mapping
+        The back-end's own, such as ``{"particles": 200}``.
 
     Raises
     ------
     VslamError
-        For an unknown name or gates that are not 0 < gate ≤ new_gate < 1.
+        For an unknown name or gates that are not 0 < gate ≤ new_gate < 1; `Slam` refuses parameters that the
+        back-end does not have.
     """
 
     backend: str = "ekf"
@@ -47,6 +52,8 @@ class SlamSettings:
     observation: str = "range_bearing"
     gate: float = 0.99
     new_gate: float = 0.9999
+    seed: int = 0
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         backends.get(self.backend)
@@ -73,7 +80,11 @@ class SlamResult:
         Landmark number of each observation of each step, −1 where it was discarded. The first mention of a
         number is the observation that founded the landmark.
     seconds : float
-        Wall clock of the whole run.
+        Wall clock of the whole run, smoothing left out.
+    memory_bytes : int
+        What the back-end's estimate takes after the last step.
+    smoothed : Smoothed or None
+        Of a back-end that smooths (`vslam.slam_backend.Smoother`): track and landmarks with hindsight.
     """
 
     poses: FloatArray
@@ -82,6 +93,8 @@ class SlamResult:
     landmark_covariances: FloatArray
     matches: tuple[IntArray, ...]
     seconds: float
+    memory_bytes: int = 0
+    smoothed: Smoothed | None = None
 
 
 class Slam:
@@ -94,7 +107,9 @@ class Slam:
     def __init__(self, settings: SlamSettings | None = None) -> None:
         self.settings = settings or SlamSettings()
         model = observation_models.get(self.settings.observation)()
-        self.backend: Backend = backends.get(self.settings.backend)(model)
+        self.backend: Backend = create(
+            self.settings.backend, model, self.settings.seed, self.settings.parameters
+        )
         self._associator = associations.get(self.settings.association)(
             self.settings.gate, self.settings.new_gate
         )
@@ -158,4 +173,14 @@ def run_slam(
     landmarks, landmark_covariances = slam.backend.landmarks, slam.backend.landmark_covariances
     if not (np.isfinite(landmarks).all() and np.isfinite(landmark_covariances).all()):
         raise VslamError(f"SLAM step {slam.steps - 1}: the estimated map is not finite")
-    return SlamResult(poses, covariances, landmarks, landmark_covariances, tuple(matches), seconds)
+    smoothed = slam.backend.smooth() if isinstance(slam.backend, Smoother) and len(steps) else None
+    return SlamResult(
+        poses,
+        covariances,
+        landmarks,
+        landmark_covariances,
+        tuple(matches),
+        seconds,
+        slam.backend.memory_bytes,
+        smoothed,
+    )

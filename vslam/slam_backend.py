@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.observation import ObservationModel
 from vslam.slam_registry import Registry
@@ -50,6 +53,10 @@ class Backend(Protocol):
     def cross_covariances(self) -> FloatArray:
         """P_RL of each landmark, (n, 3, 2) float64."""
 
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of the numbers that the estimate consists of."""
+
     def joint_covariance(self, landmarks: IntArray) -> FloatArray:
         """Covariance of pose and the given k landmarks, (3 + 2k, 3 + 2k) float64, in that order."""
 
@@ -71,4 +78,46 @@ class Backend(Protocol):
         """
 
 
-backends: Registry[Callable[[ObservationModel], Backend]] = Registry("SLAM back-end")
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What a smoother knows after the last step, with hindsight.
+
+    Attributes
+    ----------
+    poses : (n, 3) float64
+        x, y (metres), heading (rad, not wrapped) after each step.
+    landmarks : (m, 2) float64, metres
+    """
+
+    poses: FloatArray
+    landmarks: FloatArray
+
+
+@runtime_checkable
+class Smoother(Protocol):
+    """A back-end that can estimate the whole track at the end."""
+
+    def smooth(self) -> Smoothed:
+        """Solve for all poses and landmarks together."""
+
+
+BackendFactory = Callable[..., Backend]
+"""Called with the observation model, ``seed=`` and the back-end's own parameters."""
+
+backends: Registry[BackendFactory] = Registry("SLAM back-end", "vslam.backends", "glarebench.backends")
+
+
+def create(name: str, model: ObservationModel, seed: int, parameters: Mapping[str, Any]) -> Backend:
+    """Build a back-end by name.
+
+    Raises
+    ------
+    VslamError
+        For an unknown name, a parameter that the back-end does not have, or a value that it refuses.
+    """
+    factory = backends.get(name)
+    try:
+        inspect.signature(factory).bind(model, seed=seed, **parameters)
+        return factory(model, seed=seed, **parameters)
+    except (TypeError, ValueError) as error:
+        raise VslamError(f"SLAM back-end {name!r}: {error}") from None

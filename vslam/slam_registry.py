@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from collections.abc import Callable
 from difflib import get_close_matches
+from importlib.metadata import entry_points
 from typing import Generic, TypeVar
 
 from vslam.errors import VslamError
@@ -18,11 +21,16 @@ class Registry(Generic[T]):
     ----------
     kind : str
         What is registered, for error messages ("association").
+    package : str
+        Package whose modules are imported at the first look-up, so that they register; empty: none.
+    group : str
+        Entry point group through which other installed packages add factories; empty: none do.
     """
 
-    def __init__(self, kind: str) -> None:
-        self._kind = kind
+    def __init__(self, kind: str, package: str = "", group: str = "") -> None:
+        self._kind, self._package, self._group = kind, package, group
         self._entries: dict[str, T] = {}
+        self._complete = False
 
     def register(self, name: str) -> Callable[[T], T]:
         """Decorate a class or function so that `get` finds it under ``name``.
@@ -47,11 +55,13 @@ class Registry(Generic[T]):
         Raises
         ------
         VslamError
-            When nothing is registered under it; the message holds the nearest names.
+            When nothing is registered under it; the message holds the nearest names. Also when a plug-in
+            cannot be loaded.
         """
-        if name in self._entries:
-            return self._entries[name]
-        near = get_close_matches(name, self._entries, n=2, cutoff=0.5)
+        entries = self._all()
+        if name in entries:
+            return entries[name]
+        near = get_close_matches(name, entries, n=2, cutoff=0.5)
         hint = (
             f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {', '.join(self.names())}"
         )
@@ -59,4 +69,29 @@ class Registry(Generic[T]):
 
     def names(self) -> list[str]:
         """All names, sorted."""
-        return sorted(self._entries)
+        return sorted(self._all())
+
+    def _all(self) -> dict[str, T]:
+        if not self._complete:
+            self._complete = True
+            self._import_package()
+            self._load_plugins()
+        return self._entries
+
+    def _import_package(self) -> None:
+        if not self._package:
+            return
+        package = importlib.import_module(self._package)
+        for module in pkgutil.iter_modules(package.__path__):
+            if not module.ispkg:
+                importlib.import_module(f"{self._package}.{module.name}")
+
+    def _load_plugins(self) -> None:
+        for point in entry_points(group=self._group) if self._group else ():
+            try:
+                entry = point.load()
+            except Exception as error:  # whatever a foreign module does while it is imported
+                raise VslamError(
+                    f"{self._kind} {point.name!r}: its plug-in {point.value} cannot be loaded: {error}"
+                ) from error
+            self.register(point.name)(entry)

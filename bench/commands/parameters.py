@@ -27,7 +27,9 @@ StudyOption = Annotated[
 DataOption = Annotated[
     Path | None,
     typer.Option(
-        "--data", metavar="DIR", help="Folder of the DLR log. (Default: $BENCH_DATA/dlr, else the cache.)"
+        "--data",
+        metavar="DIR",
+        help="Folder of the DLR log (default: $BENCH_DATA/dlr, else the cache), or of picture pairs.",
     ),
 ]
 WorkersOption = Annotated[
@@ -45,6 +47,15 @@ SceneOption = Annotated[
 SplitOption = Annotated[
     SplitName | None,
     typer.Option("--split", help="Of the scene's family, which its seed counts. (Default: the study's.)"),
+]
+FilterOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--filter",
+        metavar="NAME|MODULE:CLASS|FILE.onnx",
+        help="Instead of the study's filters, beside 'none', which always runs; repeatable. "
+        "(Default: the study's.)",
+    ),
 ]
 ResultsOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="The results folder.")]
 

@@ -10,6 +10,7 @@ import typer
 
 from bench.commands.parameters import (
     DataOption,
+    FilterOption,
     ResultsOption,
     SceneOption,
     SplitOption,
@@ -24,6 +25,15 @@ if TYPE_CHECKING:
     from bench.study import Study
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
+FINISHED_WITH_FAILURES = 3
+"""The exit code of a run that is whole, but holds pictures or SLAM runs that failed."""
+
+NEEDED = {
+    "engine": ("--engine", "renders nothing"),
+    "filters": ("--filter", "filters no picture"),
+    "linear": ("--linear, --srgb", "reads no picture pairs"),
+}
+"""Keys of a study that options change, and what a study without one lacks."""
 
 
 class EngineName(StrEnum):
@@ -38,6 +48,7 @@ def run(
     study: StudyOption = "quick",
     scene: SceneOption = None,
     split: SplitOption = None,
+    filters: FilterOption = None,
     data: DataOption = None,
     out: ResultsOption = Path("results"),
     workers: WorkersOption = None,
@@ -48,8 +59,16 @@ def run(
         int | None,
         typer.Option("--seed", min=0, metavar="S", help="Instead of the study's. (Default: the study's.)"),
     ] = None,
-) -> None:
-    """Run a study: render or replay, filter, map, navigate, score, report."""
+    linear: Annotated[
+        bool | None,
+        typer.Option("--linear/--srgb", help="What the files of picture pairs hold. (Default: the study's.)"),
+    ] = None,
+) -> int:
+    """Run a study: render or replay, filter, map, navigate, score, report.
+
+    Exits with 0, or with 3 when a filter failed on a picture or a SLAM run failed: all others went on, and
+    the table and the report say what failed and why.
+    """
     from bench import catalogue, log_parts
     from bench.commands.report import show
     from bench.errors import BenchError
@@ -57,28 +76,46 @@ def run(
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(placed(load(study), scene, split, data), engine, seed)
-    if data is not None and not log_parts.reads_log(chosen):
-        raise BenchError(f"--data: study {chosen.name!r} reads no log; leave the option out")
+    chosen = _override(placed(load(study), scene, split, data), engine, seed, filters, linear)
+    if data is not None and not log_parts.reads_data(chosen):
+        raise BenchError(f"--data: study {chosen.name!r} reads no data; leave the option out")
     chosen = log_parts.resolved(chosen, data)
     catalogue.check(chosen)
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that
     from reports import html
+    from reports.kind import kind_of
+    from reports.run import load as load_run
 
-    show(runner.run(chosen, options, Bars(), report=html.build))
+    run_dir = runner.run(chosen, options, Bars(), report=html.build)
+    show(run_dir)
+    stored = load_run(run_dir)
+    return FINISHED_WITH_FAILURES if kind_of(stored.sequence).failures(stored) else 0
 
 
-def _override(study: Study, engine: EngineName | None, seed: int | None) -> Study:
+def _override(
+    study: Study,
+    engine: EngineName | None,
+    seed: int | None,
+    filters: list[str] | None = None,
+    linear: bool | None = None,
+) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
-    from bench.study_model import RenderedStudy
 
     changes: dict[str, object] = {}
     if seed is not None:
         changes["seed"] = seed
+    asked = {"engine": engine, "filters": filters or None, "linear": linear}
+    for key, (option, lacks) in NEEDED.items():
+        if asked[key] is not None and key not in type(study).model_fields:
+            raise BenchError(f"{option}: study {study.name!r} {lacks}; leave the option out")
+    if linear is not None:
+        changes["linear"] = linear
     if engine is not None:
-        if not isinstance(study, RenderedStudy):
-            raise BenchError(f"--engine: study {study.name!r} renders nothing; leave the option out")
         changes["engine"] = engine.value
+    if filters:
+        from bench.filter_choice import from_option
+
+        changes["filters"] = from_option(filters)
     return study.model_copy(update=changes)

@@ -15,7 +15,7 @@ from bench.metrics import detection
 from bench.perception import make_filter, visible_landmarks
 from bench.rng import generator
 from bench.sequences.rendered import RenderedSequence, calibration
-from bench.study_model import DriveStudy, FilterChoice, Illumination
+from bench.study_model import ClosedLoopStudy, FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from scenes.occupancy import TrueOccupancy
@@ -110,8 +110,8 @@ class ClosedLoop:
         illumination: Illumination,
         observe: Callable[[Frame, Recording, Robot], object] | None = None,
     ) -> None:
-        assert isinstance(sequence.study, DriveStudy)
-        self._study: DriveStudy = sequence.study
+        assert isinstance(sequence.study, ClosedLoopStudy)
+        self._study: ClosedLoopStudy = sequence.study
         self._sequence, self._occupancy, self._illumination = sequence, occupancy, illumination
         self._calibration, self._observe = calibration(self._study), observe
         discs = DetectorSettings(self._study.discs.min_radius_m, self._study.discs.max_radius_m)

@@ -12,7 +12,7 @@ from scipy import ndimage
 from bench.errors import BenchError
 from bench.metrics.navigation import sample_pairs
 from bench.rng import generator
-from bench.study_model import DriveStudy
+from bench.study_model import ClosedLoopStudy
 from scenes.occupancy import TrueOccupancy
 from vslam.planner import Plan, Planner, inflate
 
@@ -48,7 +48,7 @@ class Episode:
     optimum_m: float
 
 
-def draw(study: DriveStudy, occupancy: TrueOccupancy) -> list[Episode]:
+def draw(study: ClosedLoopStudy, occupancy: TrueOccupancy) -> list[Episode]:
     """All episodes of a study: each pair of start and goal with its repetitions, then the explorations.
 
     Raises

@@ -13,7 +13,7 @@ import numpy as np
 from bench.drive.closed_loop import Drive
 from bench.drive.episode import Episode
 from bench.schema import DRIVE_COLUMNS
-from bench.study_model import DriveStudy, Illumination
+from bench.study_model import ClosedLoopStudy, Illumination
 
 SUCCESSES = ("arrived", "explored")
 
@@ -26,7 +26,7 @@ def spl(success: bool, driven_m: float, optimum_m: float) -> float:
 
 
 def row(
-    study: DriveStudy, scene: str, illumination: Illumination, label: str, episode: Episode, drive: Drive
+    study: ClosedLoopStudy, scene: str, illumination: Illumination, label: str, episode: Episode, drive: Drive
 ) -> dict[str, object]:
     """The row of a drive in the table of drives."""
     moments = drive.moments

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bench.rng import generator
 from bench.sequences.rendered import increment_sigma
-from bench.study_model import DriveStudy
+from bench.study_model import ClosedLoopStudy
 from scenes.occupancy import TrueOccupancy
 from vslam.follower import Command
 from vslam.frame import Odometry
@@ -35,7 +35,9 @@ class TrueWorld:
         Whether the robot's disc has touched what is truly blocked. It stays where that happened.
     """
 
-    def __init__(self, study: DriveStudy, occupancy: TrueOccupancy, start: FloatArray, stream: int) -> None:
+    def __init__(
+        self, study: ClosedLoopStudy, occupancy: TrueOccupancy, start: FloatArray, stream: int
+    ) -> None:
         self._study, self._occupancy, self._stream = study, occupancy, stream
         self._blocked = inflate(occupancy.blocked, study.navigation.robot_radius_m, occupancy.resolution)
         self.pose: FloatArray = np.array(start, dtype=np.float64)

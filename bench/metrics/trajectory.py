@@ -3,8 +3,9 @@
 Sources
 -------
 Position RMSE: eq. 3-39. Squared error of each axis: eqs. 3-40 and 3-41. SE(2) alignment without scale:
-Umeyama 1991, whose rotation has a closed form in the plane. NEES: Bar-Shalom, Li & Kirubarajan 2001,
-section 5.4.
+Umeyama 1991, whose rotation has a closed form in the plane. Absolute and relative pose error: Sturm et al.
+2012, section VI; ``rmse_aligned_m`` is their ATE, `relative_errors` their RPE. NEES: Bar-Shalom, Li &
+Kirubarajan 2001, section 5.4.
 
 Conventions
 -----------
@@ -32,6 +33,7 @@ from vslam.geometry import rotation, wrap_angle
 FloatArray = NDArray[np.float64]
 
 POSE_DOF = 3
+RPE_STEPS = 10
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,9 @@ class TrajectoryScores:
         Largest squared error of an axis, m².
     nees : float
         Mean over the steps, ≥ 0; NaN without covariances.
+    rpe_m, rpe_deg : float
+        Root mean square of the relative pose error over `RPE_STEPS` steps, metres and degrees; NaN for
+        shorter tracks.
     """
 
     rmse_m: float
@@ -55,6 +60,8 @@ class TrajectoryScores:
     sq_err_x_max: float
     sq_err_y_max: float
     nees: float
+    rpe_m: float
+    rpe_deg: float
 
 
 def validate(estimated: ArrayLike, true: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -110,6 +117,40 @@ def align(estimated: ArrayLike, true: ArrayLike) -> FloatArray:
     # The rotation that maximises Σ bᵀ Rot(φ) a; a proper one, so no reflection has to be ruled out.
     angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
     return np.column_stack([a @ rotation(angle).T + target, estimate[:, 2] + angle])
+
+
+def relative_errors(estimated: ArrayLike, true: ArrayLike, steps: int = RPE_STEPS) -> FloatArray:
+    """How far the estimated motion over some steps is from the true one, for every start (Sturm 2012, eq. 2).
+
+    Parameters
+    ----------
+    estimated, true : (n, 3) array_like
+    steps : int
+        ≥ 1.
+
+    Returns
+    -------
+    (max(n − steps, 0), 2) float64, ≥ 0: length of the translation of (true motion)⁻¹ (estimated motion),
+    metres, and its angle, rad.
+
+    Raises
+    ------
+    BenchError
+        As `validate`; also for steps < 1.
+    """
+    if steps < 1:
+        raise BenchError(f"relative pose error: need at least 1 step, got {steps}")
+    ours, theirs = (_motions(track, steps) for track in validate(estimated, true))
+    way = ours[:, :2] - theirs[:, :2]  # a rotation in front of it changes no length
+    return np.column_stack([np.hypot(way[:, 0], way[:, 1]), np.abs(wrap_angle(ours[:, 2] - theirs[:, 2]))])
+
+
+def _motions(track: FloatArray, steps: int) -> FloatArray:
+    """Each pose as seen from the one ``steps`` before."""
+    start, end = track[:-steps], track[steps:]
+    c, s = np.cos(start[:, 2]), np.sin(start[:, 2])
+    x, y = (end - start)[:, :2].T
+    return np.column_stack([c * x + s * y, c * y - s * x, end[:, 2] - start[:, 2]])
 
 
 def nees(estimated: ArrayLike, true: ArrayLike, covariances: ArrayLike) -> FloatArray:
@@ -185,6 +226,8 @@ def evaluate(estimated: ArrayLike, true: ArrayLike, covariances: ArrayLike | Non
     x_max, y_max = errors.max(axis=0)
     per_step = np.array([np.nan]) if covariances is None else nees(estimated, true, covariances)
     known = per_step[np.isfinite(per_step)]
+    relative = relative_errors(estimated, true)
+    rpe = np.sqrt((relative**2).mean(axis=0)) if len(relative) else np.full(2, np.nan)
     return TrajectoryScores(
         rmse_m=position_rmse(estimated, true),
         rmse_aligned_m=position_rmse(align(estimated, true), true),
@@ -193,4 +236,6 @@ def evaluate(estimated: ArrayLike, true: ArrayLike, covariances: ArrayLike | Non
         sq_err_x_max=float(x_max),
         sq_err_y_max=float(y_max),
         nees=float(known.mean()) if len(known) else float("nan"),
+        rpe_m=float(rpe[0]),
+        rpe_deg=float(np.degrees(rpe[1])),
     )

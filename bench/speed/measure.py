@@ -18,7 +18,7 @@ def measure(benchmark: Benchmark, configuration: Configuration) -> Result:
         rounds = np.array(
             [
                 [_timed(side, benchmark.rate) for side in (sides.ours, sides.baseline)]
-                for _ in range(configuration.rounds)
+                for _ in range(min(configuration.rounds, benchmark.rounds or configuration.rounds))
             ]
         )
         ours, baseline = np.median(rounds, axis=0)

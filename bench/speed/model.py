@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Configuration:
-    """How large the measured task is; the defaults keep the whole command under two minutes.
+    """How large the measured task is; the defaults keep most benchmarks under half a minute.
 
     Attributes
     ----------
@@ -31,6 +31,8 @@ class Configuration:
         That both sides are given.
     fast_bake : bool
         Bake light coarsely, for tests: speed does not depend on the values baked.
+    slam_steps : int, optional
+        Steps of the DLR log; all by default.
     """
 
     width: int = 320
@@ -42,6 +44,7 @@ class Configuration:
     cache: Path | None = None
     processes: int = 1
     fast_bake: bool = False
+    slam_steps: int | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,8 @@ class Benchmark:
         For a person: what ratio or value is aimed at.
     prepare : callable
         Opens the two sides for a configuration.
+    rounds : int, optional
+        At most so many, where one takes seconds.
     """
 
     name: str
@@ -82,6 +87,7 @@ class Benchmark:
     rate: bool
     target: str
     prepare: Callable[[Configuration], AbstractContextManager[Sides]]
+    rounds: int | None = None
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,25 @@ def test_annotated_ids_reach_the_known_error(log, observation, rmse_m, rmse_alig
     assert result.poses.shape == result.truth.shape == (3297, 3)
 
 
+def test_first_estimate_jacobians_come_near_the_bound(log):
+    """An independent FEJ filter reaches 1.080 m, 0.479 m aligned; the Cramér–Rao bound is 0.96 m."""
+    row = replay(log, SlamSettings("ekf_fej", "annotated", "cartesian")).row
+    assert 0.95 < row["rmse_m"] <= 1.10
+    assert row["rmse_aligned_m"] == pytest.approx(0.479, abs=0.03)
+    assert row["landmarks_mapped"] == 576 and row["status"] == "ok"
+
+
+@pytest.mark.parametrize("name", ["riekf", "ukf", "ckf", "srckf", "information", "fastslam2", "graph"])
+def test_every_back_end_begins_the_log_finite_and_positive(log, name):
+    """200 steps; the whole log is the study `backends`."""
+    result = run_slam(log.steps[:200], SlamSettings(name, "annotated", "cartesian"))
+    assert np.isfinite(result.poses).all() and np.isfinite(result.landmarks).all()
+    assert np.linalg.eigvalsh(result.covariances)[:, 0].min() > 0.0
+    assert np.linalg.eigvalsh(result.landmark_covariances)[:, 0].min() > 0.0
+    ekf = run_slam(log.steps[:200], SlamSettings("ekf", "annotated", "cartesian"))
+    assert np.hypot(*(result.poses - ekf.poses)[:, :2].T).max() < 1.0
+
+
 def test_own_association_duplicates_landmarks_and_is_further_off(log):
     """Gating alone closes none of the large loops: known, and not hidden."""
     row = replay(log, SlamSettings(association="icnn", observation="cartesian")).row

@@ -29,7 +29,7 @@ def test_golden_values():
 
 def test_the_truth_scores_perfectly():
     scores = trajectory.evaluate(TRUE, TRUE, np.tile(np.eye(3), (4, 1, 1)))
-    assert all(value == pytest.approx(0.0, abs=1e-12) for value in vars(scores).values())
+    assert all(v == pytest.approx(0.0, abs=1e-12) for k, v in vars(scores).items() if k[:3] != "rpe")
 
 
 def test_names_are_those_of_the_run_table():
@@ -115,3 +115,54 @@ def test_malformed_covariances_and_bands_raise():
         trajectory.nees(TRUE, TRUE, np.zeros((3, 3, 3)))
     with pytest.raises(BenchError, match="NEES band"):
         trajectory.nees_band(0)
+
+
+def evo_track(poses):
+    """For evo, the independent implementation."""
+    from evo.core.trajectory import PoseTrajectory3D
+
+    n = len(poses)
+    half = poses[:, 2] / 2
+    quaternions = np.column_stack([np.cos(half), np.zeros((n, 2)), np.sin(half)])
+    return PoseTrajectory3D(
+        np.column_stack([poses[:, :2], np.zeros(n)]), quaternions, np.arange(n, dtype=float)
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_absolute_and_relative_pose_error_are_those_of_evo(seed):
+    from evo.core import metrics
+
+    generator = np.random.default_rng(seed)
+    true = np.cumsum(generator.uniform(-0.5, 1.0, (60, 3)), axis=0)
+    estimated = true + np.cumsum(generator.normal(0.0, 0.05, (60, 3)), axis=0)
+    ours = trajectory.evaluate(estimated, true)
+
+    def of_evo(metric, a, b):
+        metric.process_data((a, b))
+        return metric.get_statistic(metrics.StatisticsType.rmse)
+
+    reference, estimate = evo_track(true), evo_track(estimated)
+    part, frames = metrics.PoseRelation, metrics.Unit.frames
+    assert ours.rmse_m == pytest.approx(of_evo(metrics.APE(part.translation_part), reference, estimate))
+    steps = {"delta": trajectory.RPE_STEPS, "delta_unit": frames, "all_pairs": True}
+    translation = metrics.RPE(part.translation_part, **steps)
+    assert ours.rpe_m == pytest.approx(of_evo(translation, reference, estimate))
+    turn = metrics.RPE(part.rotation_angle_deg, **steps)
+    assert ours.rpe_deg == pytest.approx(of_evo(turn, reference, estimate))
+    estimate.align(reference)
+    assert ours.rmse_aligned_m == pytest.approx(
+        of_evo(metrics.APE(part.translation_part), reference, estimate)
+    )
+
+
+def test_relative_errors_by_hand():
+    """A turn of 90° too far at the start shows in each motion's direction, not in later turns."""
+    estimated = TRUE.copy()
+    estimated[:, 2] = np.pi / 2
+    estimated[:, :2] = TRUE[:, 1::-1]
+    np.testing.assert_allclose(trajectory.relative_errors(estimated, TRUE, 1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(trajectory.relative_errors(ESTIMATED, TRUE, 3)[0, 1], 0.1)
+    assert trajectory.relative_errors(TRUE, TRUE, 9).shape == (0, 2)
+    with pytest.raises(BenchError, match="at least 1 step"):
+        trajectory.relative_errors(TRUE, TRUE, 0)

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from bench import provenance, runner
+from bench import cli, provenance, runner
+from bench.commands.run import FINISHED_WITH_FAILURES
 from bench.options import RunOptions
 from bench.perception import make_filter
 from bench.progress import Silent
@@ -129,6 +130,59 @@ def test_the_five_phase_pipeline_is_what_the_run_did(
     stored = np.loadtxt(run_dir / "trajectories" / f"{stem}.tum")
     np.testing.assert_allclose(outcome.poses[:, :2], stored[:, 1:3], atol=1e-8)
     assert grid.free.sum() > 200  # 2 m² of floor at least
+
+
+PLUGIN = """
+import numpy as np
+from vslam.filters import Filtered
+
+class Flaky:
+    '''Fails on bright pictures.'''
+    def __call__(self, image):
+        if image.mean() > 60:
+            raise RuntimeError("too bright for me")
+        return Filtered(image, np.zeros(image.shape[:2], bool), np.zeros(image.shape[:2], np.float32))
+
+class Scribbler:
+    '''Writes on the picture.'''
+    def __call__(self, image):
+        image[0] = 0
+"""
+
+
+def test_a_run_goes_on_where_a_filter_fails_and_says_so(
+    short_study: RenderedStudy,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Through the command line and in worker processes, with plug-ins of the working directory."""
+    few = {"seeds": 1, "scene": {"parameters": {"laps": 0.02}}}
+    dark_and_bright = {"illuminations": {"sun_lux": [0, 20_000], "bulb_lm": [200]}}
+    (tmp_path / "flaky_plugin.py").write_text(PLUGIN)
+    (tmp_path / "s.yaml").write_text(
+        yaml.safe_dump(short_study.model_dump(mode="json") | few | dark_and_bright)
+    )
+    monkeypatch.chdir(tmp_path)
+    options = ["--filter", "flaky_plugin:Flaky", "--filter", "flaky_plugin:Scribbler", "--workers", "2"]
+    assert cli.execute(["run", "--study", "s.yaml", *options]) == FINISHED_WITH_FAILURES
+    stored = read(tmp_path / "results" / "latest")
+    frames, runs = stored.frames.set_index("filter"), stored.runs.set_index("filter")
+    assert set(frames.loc["none", "status"]) == {"ok"}
+    assert set(frames.loc["flaky", "status"]) == {"ok", "failed: RuntimeError: too bright for me"}
+    reason = "failed: ValueError: assignment destination is read-only"
+    assert set(frames.loc["scribbler", "status"]) == {reason}
+    failed = stored.frames[stored.frames["status"] != "ok"]
+    assert failed[["iou", "psnr_db", "filter_ms"]].isna().all(axis=None)
+    assert (failed["detections_true"] == 0).all() and failed["true_share"].notna().all()
+    assert set(runs.loc["none", "status"]) == {"ok"}
+    assert set(runs.loc["scribbler", "status"]) == {
+        reason.replace(":", ": the filter failed on every picture:", 1)
+    }
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"failed: scribbler: {len(frames.loc['scribbler'])} pictures: ValueError" in text
+    assert "failed: flaky: " in text and "“scribbler” failed on every picture" in text
+    assert "What failed" in (tmp_path / "results" / "latest" / "report.html").read_text()
 
 
 def test_a_run_that_fails_leaves_nothing_behind(short_study: RenderedStudy, tmp_path: Path) -> None:

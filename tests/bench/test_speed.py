@@ -7,15 +7,35 @@ import numpy as np
 import pytest
 
 from bench import cli
-from bench.speed import astar, basis, generate, numpy_sensor, registry, relight_expose, stage, sweep
+from bench.filter_times import sample
+from bench.speed import (
+    astar,
+    basis,
+    generate,
+    numpy_seed,
+    numpy_sensor,
+    registry,
+    relight_expose,
+    stage,
+    sweep,
+)
 from bench.speed.measure import copy_bandwidth, measure
 from bench.speed.model import Benchmark, Configuration, Sides, summarise
 from renderers.sensor import Sensor
 from renderers.truth import record
 from vslam.astar import GridPath, shortest_path
+from vslam.filters import create
 
 TINY = Configuration(
-    width=32, height=24, poses=2, illuminations=8, laps=0.2, rounds=2, processes=1, fast_bake=True
+    width=32,
+    height=24,
+    poses=2,
+    illuminations=8,
+    laps=0.2,
+    rounds=2,
+    processes=1,
+    fast_bake=True,
+    slam_steps=60,
 )
 
 
@@ -126,8 +146,42 @@ def test_eight_lights_cast_shadows_in_basis(tiny):
     assert all(len(r) % 15 == 0 for r, _ in penumbra) and any(len(r) for r, _ in penumbra)
 
 
+def test_both_filters_map_the_same(tiny):
+    from bench.speed import slam, slam_stage
+    from vslam.slam import SlamSettings, run_slam
+
+    over = slam_stage.drive(tiny)
+    plain = slam.NumpyEkf()
+    for odometry, observations in over.steps:
+        plain.step(odometry, observations)
+    ours = run_slam(over.steps, SlamSettings("ekf", "annotated", "cartesian"))
+    np.testing.assert_allclose(plain.x[:3], ours.poses[-1], atol=1e-9)
+    np.testing.assert_allclose(plain.x[3:].reshape(-1, 2), ours.landmarks, atol=1e-9)
+
+
+def test_isam2_follows_the_same_drive(tiny):
+    from bench.speed import slam_graph, slam_stage
+
+    over = slam_stage.drive(tiny)
+    made = slam_graph.updates(over)
+    assert slam_graph.baseline(made) == slam_stage.ours(over) == len(over.steps)
+    assert sum(one.factors.size() for one in made) == 1 + sum(1 + (o.ids >= 0).sum() for _, o in over.steps)
+
+
 def test_the_copy_is_measured():
     assert copy_bandwidth(size=1_000_000, repeats=1) > 1e7
+
+
+@pytest.mark.parametrize("size", [(320, 240), (41, 23)])
+def test_the_plain_form_of_the_seed_is_the_same_filter(size):
+    """Equal masks and scores; ours bins Λmax (to 1/3072), which moves a few codes by a level or two."""
+    picture = sample(*size)
+    ours, plain = create("seed")(picture), numpy_seed.seed(picture)
+    np.testing.assert_array_equal(ours.mask, plain.mask)
+    np.testing.assert_array_equal(ours.score, plain.score)
+    difference = np.abs(ours.image.astype(int) - plain.image)
+    assert difference.max() <= 2 and difference.mean() < 0.05
+    assert ours.mask.any() and (ours.image != picture).any()
 
 
 def test_both_planners_find_the_same_cost():

@@ -153,6 +153,8 @@ def test_studies_are_immutable():
         ("illuminations: {sun_lux: 5}", "illuminations.sun_lux: should be a list, not 5"),
         ("illuminations: {bulb_lm: []}", "illuminations.bulb_lm: "),
         ("illuminations: {bulb_lm: [8, 8]}", "illuminations: bulb_lm: 8 lm stands twice; each value may"),
+        ("filters: [{name: seed, parameters: {patch: []}}]", "filters: seed: the list of patch is empty"),
+        ("filters: [My Filter]", "filters.0.name: 'My Filter' should be a name of small letters"),
         ("filters: [seed, seed]", "filters: the label 'seed' stands twice"),
         ("navigation: {pairs: 1.5}", "navigation.pairs: should be a whole number, not 1.5"),
         ("name: again", "not valid YAML: line 3, column 1: the key 'name' stands twice"),
@@ -243,3 +245,23 @@ def test_a_camera_set_askew_is_the_same_to_renderer_and_robot():
 
 def test_discs_out_of_order_are_refused():
     assert "min_radius_m 0.3 must be below max_radius_m 0.2" in refusal(HEAD + "discs: {min_radius_m: 0.3}\n")
+
+
+def test_a_list_where_a_parameter_takes_one_value_is_a_sweep():
+    text = "filters: [seed, {name: seed, parameters: {patch: [1, 5], linear: [true, false]}}]"
+    study = parse(HEAD + text, "x")
+    assert {choice.label: choice.parameters for choice in study.filters} == {
+        "none": {},
+        "seed": {},
+        "seed patch=1 linear=true": {"patch": 1, "linear": True},
+        "seed patch=1 linear=false": {"patch": 1, "linear": False},
+        "seed patch=5 linear=true": {"patch": 5, "linear": True},
+        "seed patch=5 linear=false": {"patch": 5, "linear": False},
+    }
+    assert parse(dump(study), "again") == study
+
+
+def test_a_filter_may_be_a_class_or_a_file():
+    study = parse(HEAD + "filters: ['pack.age:MyNet', 'nets/Net v2.onnx', {name: 'a:B', label: mine}]", "x")
+    assert [choice.label for choice in study.filters] == ["none", "mynet", "net-v2", "mine"]
+    assert parse(dump(study), "again") == study

@@ -7,6 +7,7 @@ import pytest
 
 from renderers.camera import Mount, Pinhole
 from renderers.irradiance import DIRECT_ONLY
+from renderers.lobe_average import _widen
 from scenes.geometry import rectangle, surface
 from scenes.model import Material
 
@@ -38,3 +39,13 @@ def test_one_ray_a_pixel_shows_one_window(renderer_of, scene_of, floor, roughnes
     off = quick[inside] - many[inside]
     assert np.sqrt((off**2).mean()) <= most * many[inside].max()
     assert quick[inside].max() == pytest.approx(many[inside].max(), rel=0.08)  # nor is the image spread
+
+
+def test_beside_the_sky_a_box_is_as_narrow_as_can_be():
+    """One pixel of floor with the sky around it: nothing tells how wide a pixel is, whatever memory held."""
+    normal = np.tile(np.array([0, 0, 1], np.float32), (3, 1))
+    to_eye = np.array([[0, 0, 0], [0, 0.6, 0.8], [0, 0, 0]], np.float32)  # of the sky: none
+    roughness, behind = np.full(3, 0.2, np.float32), np.ones((3, 2), np.float32)
+    box = np.full((1, 2), 2**30, np.int32)
+    _widen(np.array([1]), normal, to_eye, roughness, (1, 3), behind, box)
+    assert box.tolist() == [[0, 0]]

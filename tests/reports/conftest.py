@@ -82,6 +82,7 @@ def frame_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                             landmarks_detected=hits + k % 2,
                             detections_true=hits,
                             filter_ms=2.5 + 0.1 * rng.normal() if on else 0.01,
+                            status="ok",
                         )
                     )
     return pd.DataFrame(rows)[list(FRAME_COLUMNS)].astype({k: v for k, v in FRAME_COLUMNS.items()})
@@ -124,6 +125,11 @@ def run_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                         association_recall=0.95,
                         nav_success=float(np.clip(0.9 - 0.3 * rmse, 0, 1)),
                         nav_cost_ratio=1.05 + 0.1 * rmse,
+                        rpe_m=0.02,
+                        rpe_deg=0.1,
+                        bound_m=np.nan,
+                        step_ms=np.nan,
+                        memory_mb=np.nan,
                         status="ok",
                     )
                     if failed:
@@ -317,6 +323,11 @@ def write_dlr(folder: Path, steps: int = 300, landmarks: int = 576) -> Path:
                 nees=53.6,
                 nav_success=np.nan,
                 nav_cost_ratio=np.nan,
+                rpe_m=0.02,
+                rpe_deg=0.9,
+                bound_m=0.962,
+                step_ms=0.4,
+                memory_mb=10.7,
                 status="ok",
                 **values,
             )

@@ -123,7 +123,7 @@ def test_same_folder_same_bytes_and_nothing_left_aside(page: Path, rendered_run:
 
 def test_failures_have_a_section(rendered: Callable[..., Path]) -> None:
     text = " ".join(read(build(rendered(failed=(("seed", 0),), sun=(0.0,), strips=False))).text)
-    assert "Runs that failed" in text and "lost positive definiteness" in text and "2 of 16" in text
+    assert "What failed" in text and "lost positive definiteness" in text and "2 of 16" in text
 
 
 def test_text_from_the_run_is_escaped(rendered: Callable[..., Path]) -> None:

@@ -42,7 +42,9 @@ def test_failed_runs_are_counted_and_named(rendered: Make) -> None:
     assert (rows["seed"].failed, rows["seed"].runs) == (12, 48)
     assert rows["do nothing"].failed == 0
     (failure,) = tables.failures(load(folder))
-    assert failure == tables.Failure("seed", "the covariance lost positive definiteness at step 31", 12)
+    assert failure == tables.Failure(
+        "seed", "SLAM run", "the covariance lost positive definiteness at step 31", 12
+    )
 
 
 def test_nan_becomes_a_dash(rendered: Make) -> None:

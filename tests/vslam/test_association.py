@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from vslam.association import Annotated, Icnn, associations, squared_distances
-from vslam.ekf import Ekf
+from vslam.backends.ekf import Ekf
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.observation import observation_models

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from vslam.ekf import Ekf
+from vslam.backends.ekf import Ekf
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.geometry import to_local

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vslam.filters.stages.chromaticity_map import chromaticity_map
 from vslam.filters.stages.maximum_chromaticity import picture_chromaticity
 from vslam.filters.stages.specular_to_diffuse import (
     DARKEST,
@@ -110,65 +109,3 @@ def test_the_quantile_orders_the_surfaces() -> None:
     free = np.ones((10, 100), dtype=bool)
     found = [picture_chromaticity(image, free, quantile) for quantile in (0.0, 0.29, 0.31, 1.0)]
     np.testing.assert_allclose(found, [0.5, 0.5, 0.6, 0.6], atol=3e-3)
-
-
-def test_the_map_keeps_surfaces_apart_where_one_number_cannot() -> None:
-    # red left of column 80, green right of it; a highlight across the border
-    chromaticity = np.where(np.arange(160)[None, :, None] < 80, RED, GREEN)
-    light = np.full((120, 160), 0.8)
-    highlight = np.zeros((120, 160), dtype=bool)
-    highlight[40:80, 50:110] = True
-    diffuse = light[..., None] * chromaticity
-    image = encode((diffuse + 0.3 * highlight[..., None]).astype(np.float32))
-    found = chromaticity_map(image, highlight, ~highlight)
-    assert np.isnan(found[~highlight]).all()
-    np.testing.assert_allclose(found[40:80, 50:80], 0.6, atol=4e-3)
-    np.testing.assert_allclose(found[40:80, 80:110], 0.5, atol=4e-3)
-    repaired = decode(repair_masked(image, highlight, found))
-    np.testing.assert_allclose(repaired[highlight], diffuse[highlight], atol=0.01)
-
-
-def test_the_map_reads_the_near_surface_of_a_hue_before_the_far_one() -> None:
-    # one hue (red plus white): saturated on the left, pale on the right; a highlight on each
-    pale = 0.5 * RED + 0.5 / 3
-    chromaticity = np.where(np.arange(320)[None, :, None] < 160, RED, pale)
-    mask = np.zeros((64, 320), dtype=bool)
-    mask[28:36, 40:48] = mask[28:36, 270:278] = True
-    image = encode((0.8 * chromaticity + 0.3 * mask[..., None]).astype(np.float32))
-    found = chromaticity_map(image, mask, ~mask)
-    np.testing.assert_allclose(found[28:36, 40:48], RED.max(), atol=5e-3)
-    np.testing.assert_allclose(found[28:36, 270:278], pale.max(), atol=5e-3)
-
-
-def test_a_pixel_like_its_surroundings_shows_no_highlight() -> None:
-    rng = np.random.default_rng(6)
-    image = encode((0.6 * RED * rng.normal(1, 0.05, (80, 80, 3))).astype(np.float32))  # a noisy red wall
-    mask = np.zeros((80, 80), dtype=bool)
-    mask[20:60, 20:60] = True
-    found = chromaticity_map(image, mask, ~mask)
-    assert np.isnan(found[mask]).mean() > 0.99  # three standard deviations
-    image[30:40, 30:40] = encode((0.6 * RED + 0.3).astype(np.float32))
-    np.testing.assert_allclose(chromaticity_map(image, mask, ~mask)[30:40, 30:40], 0.6, atol=0.01)
-
-
-def test_the_map_knows_nothing_of_grey_pixels_and_of_hues_that_it_never_saw() -> None:
-    image = painted(RED, np.ones((40, 40)))
-    mask = np.zeros((40, 40), dtype=bool)
-    mask[10:20, 10:20] = mask[25:35, 25:35] = True
-    image[10:20, 10:20] = 180  # white paint in the mask
-    image[25:35, 25:35] = (60, 60, 200)  # blue occurs nowhere else
-    assert np.isnan(chromaticity_map(image, mask, ~mask)).all()
-
-
-def test_white_walls_do_not_turn_black() -> None:
-    # a noisy white wall inside the mask, more of it outside, and a red poster: it must stay about as bright
-    rng = np.random.default_rng(5)
-    light = np.full((120, 160), 1.8)
-    chromaticity = np.full((120, 160, 3), 1 / 3)
-    chromaticity[90:, :] = RED
-    image = painted(chromaticity, light).astype(int)
-    image = np.clip(image + np.rint(rng.normal(0, 2, image.shape)), 0, 255).astype(np.uint8)
-    mask = np.zeros((120, 160), dtype=bool)
-    mask[20:60, 40:120] = True
-    repaired = repair_masked(image, mask, chromaticity_map(image, mask, ~mask))
-    assert (image[mask] != repaired[mask]).any(axis=1).mean() < 0.01

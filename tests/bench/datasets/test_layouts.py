@@ -19,6 +19,7 @@ from bench.camera_choice import camera
 from bench.generate import generate
 from bench.options import GenerateOptions
 from bench.progress import Silent
+from bench.sequences import pairs
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study_model import Illumination, RenderedStudy
@@ -28,7 +29,7 @@ from renderers.truth import Recording
 
 NAME = "sun20000-bulb800"
 FRAMES = 3
-LAYOUTS = ("tum", "euroc", "coco", "exr", "exr-float", "raw")
+LAYOUTS = ("tum", "euroc", "coco", "exr", "exr-float", "raw", "pairs")
 
 pytestmark = pytest.mark.usefixtures("cache_home")
 
@@ -340,3 +341,13 @@ def test_croissant_is_valid_and_gives_the_records_of_the_table(root, caplog):
     }
     assert set(globs) == {f"{layout}-pictures" for layout in LAYOUTS}
     assert len(globs["exr-pictures"]) == len(globs["raw-pictures"]) == FRAMES
+
+
+def test_pairs_are_what_the_study_of_pairs_reads(root: Path, taken: list) -> None:
+    found = pairs.find(_folder(root, "pairs"))
+    assert [files.name for files in found] == [f"{k:06d}" for k in range(FRAMES)]
+    for files, (_, recording, _, _) in zip(found, taken, strict=True):
+        pair = pairs.load(files)
+        np.testing.assert_array_equal(pair.picture, recording.image)
+        np.testing.assert_array_equal(np.rint(255 * pair.diffuse), recording.diffuse)
+        np.testing.assert_array_equal(pair.mask, recording.highlight)

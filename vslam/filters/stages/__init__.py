@@ -1,1 +1,1 @@
-"""The stages of the dissertation's light filter, one function a file, equation by equation."""
+"""The stages of light filters, one idea a file: the dissertation's, equation by equation, and the field's."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numba import njit, types
 from numpy.typing import NDArray
 
 from vslam.errors import VslamError
+from vslam.filters.stages.srgb import READABLE_CODES
 
 PATCH = 15  # pixels; He et al. 2009, section 3
 
@@ -32,10 +34,19 @@ def dark_channel(image: NDArray[np.uint8], patch: int = PATCH) -> NDArray[np.uin
         When ``patch`` is not a positive odd number.
     """
     check_patch(patch)
-    red, green, blue = cv2.split(image)
-    smallest = cv2.min(cv2.min(red, green), blue)
+    smallest = _smallest_channel(np.ascontiguousarray(image).reshape(-1)).reshape(image.shape[:2])
     # erosion is the minimum over the patch; OpenCV's default border is +∞, which no minimum ever picks
     return np.asarray(cv2.erode(smallest, square(patch)), dtype=np.uint8)
+
+
+@njit(types.uint8[::1](READABLE_CODES), error_model="numpy", cache=True)
+def _smallest_channel(codes):  # type: ignore[no-untyped-def]
+    smallest = np.empty(codes.size // 3, dtype=np.uint8)
+    for pixel in range(smallest.size):
+        red, green, blue = codes[3 * pixel], codes[3 * pixel + 1], codes[3 * pixel + 2]
+        of_two = red if red < green else green  # so written, it is compiled to vector instructions
+        smallest[pixel] = of_two if of_two < blue else blue
+    return smallest
 
 
 def square(side: int) -> NDArray[np.uint8]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numpy.typing import NDArray
 
-from vslam.filters.stages.srgb import BOUNDARIES, CODE_AT_BIN, DECODED, encode_value
+from vslam.filters.stages.srgb import READABLE_CODES, encode_value
+from vslam.filters.stages.transfer import SRGB, Transfer
 
 GREY_MARGIN = 0.01
 """How far Λmax must lie above 1/3 to count as a colour.
@@ -51,9 +52,12 @@ def specular_to_diffuse(linear: NDArray[Any], lambda_max: float | NDArray[Any]) 
 
 
 def repair_masked(
-    image: NDArray[np.uint8], mask: NDArray[np.bool_], lambda_max: NDArray[np.float32]
+    image: NDArray[np.uint8],
+    mask: NDArray[np.bool_],
+    lambda_max: float | NDArray[np.float32],
+    transfer: Transfer = SRGB,
 ) -> NDArray[np.uint8]:
-    """Eq. 3-5 on the masked pixels of a recorded picture, in linear light; every other pixel keeps its codes.
+    """Eq. 3-5 on the masked pixels of a recorded picture; every other pixel keeps its codes.
 
     Parameters
     ----------
@@ -61,26 +65,34 @@ def repair_masked(
         sRGB, C-contiguous.
     mask : (H, W) bool
         What to repair.
-    lambda_max : (H, W) float32
-        Read inside the mask only.
+    lambda_max : float or (H, W) float32
+        One for the picture, or one for each pixel, read inside the mask only.
+    transfer : Transfer
+        What light the codes are taken for.
 
     Returns
     -------
     (H, W, 3) uint8
-        sRGB; a new array.
+        A new array.
     """
-    repaired: NDArray[np.uint8] = _repair_masked(image, mask, lambda_max, DECODED, CODE_AT_BIN, BOUNDARIES)
+    repaired = image.copy()
+    # flat arrays: of several indices the compiler does not see that none is negative, and checks each
+    codes, where, result = image.reshape(-1), mask.reshape(-1), repaired.reshape(-1)
+    tables = transfer.decoded, transfer.code_at_bin, transfer.next_in_bin
+    if isinstance(lambda_max, np.ndarray):
+        _repair_by_map(codes, where, lambda_max.reshape(-1), *tables, result)
+    elif lambda_max > GREY:
+        _repair_by_one(codes, where, lambda_max, 1.0 / (3.0 * lambda_max - 1.0), *tables, result)
     return repaired
 
 
-@njit(
-    ["float32(float32, float32, float32, float32)", "float64(float64, float64, float64, float64)"], cache=True
-)
+@njit(inline="always")
 def specular_part(red, green, blue, lambda_max):  # type: ignore[no-untyped-def]
     """Find what eq. 3-5 subtracts from each channel of one pixel."""
     if not lambda_max > GREY:
         return 0.0
-    smallest, largest = min(red, green, blue), max(red, green, blue)
+    # two by two: numba compiles three at once to worse code
+    smallest, largest = min(red, min(green, blue)), max(red, max(green, blue))
     specular = (largest - lambda_max * (red + green + blue)) / (1.0 - 3.0 * lambda_max)
     return min(max(specular, 0.0), smallest)
 
@@ -96,23 +108,41 @@ def _specular_to_diffuse(linear, lambda_max):  # type: ignore[no-untyped-def]
     return diffuse
 
 
+_TABLES = (types.float32[::1], types.uint8[::1], types.float32[::1])
+
+
 @njit(
-    "uint8[:, :, ::1](uint8[:, :, ::1], boolean[:, ::1], float32[:, ::1],"
-    " float32[::1], uint8[::1], float64[::1])",
+    types.void(READABLE_CODES, types.boolean[::1], types.float32[::1], *_TABLES, types.uint8[::1]),
+    error_model="numpy",
     cache=True,
 )
-def _repair_masked(image, mask, lambda_max, decoded, code_at_bin, boundaries):  # type: ignore[no-untyped-def]
+def _repair_by_map(codes, mask, lambda_max, decoded, code_at_bin, next_in_bin, repaired):  # type: ignore[no-untyped-def]
     """Decode, eq. 3-5, encode, pixel by pixel; what it leaves unchanged keeps its codes to the bit."""
-    repaired = image.copy()
-    for row in range(image.shape[0]):
-        for column in range(image.shape[1]):
-            if not mask[row, column]:
-                continue
-            codes = image[row, column]
-            red, green, blue = decoded[codes[0]], decoded[codes[1]], decoded[codes[2]]
-            specular = specular_part(red, green, blue, lambda_max[row, column])
+    for pixel in range(mask.size):
+        if mask[pixel]:
+            at = 3 * pixel
+            red, green, blue = decoded[codes[at]], decoded[codes[at + 1]], decoded[codes[at + 2]]
+            specular = np.float32(specular_part(red, green, blue, lambda_max[pixel]))
             if specular > 0.0:
-                repaired[row, column, 0] = encode_value(red - specular, code_at_bin, boundaries)
-                repaired[row, column, 1] = encode_value(green - specular, code_at_bin, boundaries)
-                repaired[row, column, 2] = encode_value(blue - specular, code_at_bin, boundaries)
-    return repaired
+                repaired[at] = encode_value(red - specular, code_at_bin, next_in_bin)
+                repaired[at + 1] = encode_value(green - specular, code_at_bin, next_in_bin)
+                repaired[at + 2] = encode_value(blue - specular, code_at_bin, next_in_bin)
+
+
+@njit(
+    types.void(READABLE_CODES, types.boolean[::1], types.float32, types.float32, *_TABLES, types.uint8[::1]),
+    error_model="numpy",
+    cache=True,
+)
+def _repair_by_one(codes, mask, lambda_max, gain, decoded, code_at_bin, next_in_bin, repaired):  # type: ignore[no-untyped-def]
+    """Do the same with one Λmax: the division by 1 − 3 Λmax becomes one factor, and all stays in float32."""
+    for pixel in range(mask.size):
+        if mask[pixel]:
+            at = 3 * pixel
+            red, green, blue = decoded[codes[at]], decoded[codes[at + 1]], decoded[codes[at + 2]]
+            smallest, largest = min(red, min(green, blue)), max(red, max(green, blue))
+            specular = min((lambda_max * (red + green + blue) - largest) * gain, smallest)
+            if specular > np.float32(0.0):
+                repaired[at] = encode_value(red - specular, code_at_bin, next_in_bin)
+                repaired[at + 1] = encode_value(green - specular, code_at_bin, next_in_bin)
+                repaired[at + 2] = encode_value(blue - specular, code_at_bin, next_in_bin)

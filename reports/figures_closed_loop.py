@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports import style, tracks
-from reports.drive import EXPLORE, GOAL, drives, share
+from reports.closed_loop import EXPLORE, GOAL, drives, share
 from reports.run import Run, records
 
 if TYPE_CHECKING:

@@ -22,6 +22,7 @@ from bench.schema import DRIVE_COLUMNS
 from reports.illuminations import Illumination
 from reports.run import BASELINE, Run, read_table, records
 from reports.statistics import CONFIDENCE, Estimate, estimate, ratio
+from reports.tables import Failure
 from reports.wording import listing, number
 
 if TYPE_CHECKING:
@@ -129,6 +130,17 @@ def outcomes(rows: DataFrame) -> str:
     """What became of the drives that did not succeed: "2 lost, 1 collision"."""
     counts = Counter(rows[rows["success"] == 0]["outcome"])
     return ", ".join(f"{count} {name}" for name, count in sorted(counts.items())) or "none"
+
+
+def failures(run: Run) -> tuple[Failure, ...]:
+    """Drives that the robot's own software ended, not the world or the clock."""
+    table = drives(run).table
+    broken = table[table["outcome"].str.startswith("failed:")]
+    counted = Counter(zip(broken["filter"], broken["outcome"], strict=True))
+    return tuple(
+        Failure(name, "drive", outcome.removeprefix("failed:").strip(), count)
+        for (name, outcome), count in sorted(counted.items())
+    )
 
 
 def verdict(run: Run) -> str:
