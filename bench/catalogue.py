@@ -101,15 +101,15 @@ def check(study: Study) -> None:
 
 @check.register
 def _(study: RenderedStudy) -> None:
+    from bench.oracle import slam_settings
     from vslam.filters import registry
-    from vslam.slam import SlamSettings
 
     if study.scene.file is None:
         _known("scene", [study.scene.name], (entry.name for entry in scenes()))
     _known("filter", _names_of(study), registry.names())
     _try_filters(study)
     _try_lights(study)
-    SlamSettings(study.slam.backend, study.slam.association, study.slam.observation, study.slam.gate)
+    slam_settings(study.slam)
 
 
 @check.register

@@ -8,7 +8,7 @@ import sys
 import typer
 from typer.exceptions import TyperException
 
-from bench.commands import doctor, fetch, generate, listing, preview, report, run, speed
+from bench.commands import doctor, fetch, generate, listing, preview, report, run, score, speed
 from bench.errors import BenchError
 from renderers.errors import RendererError
 from reports.errors import ReportError
@@ -33,6 +33,7 @@ app.command("list", epilog=listing.EXAMPLE)(listing.list_known)
 app.command("doctor", epilog=doctor.EXAMPLE)(doctor.doctor)
 app.command("fetch", epilog=fetch.EXAMPLE)(fetch.fetch)
 app.command("report", epilog=report.EXAMPLE)(report.report)
+app.command("score", epilog=score.EXAMPLE)(score.score)
 app.command("speed", epilog=speed.EXAMPLE)(speed.speed)
 
 

@@ -16,8 +16,11 @@ from bench.score import Replay
 from bench.sequences import dlr
 from bench.sequences.drive import recorded
 from bench.store import RunFolder
-from bench.study_model import DlrStudy
-from vslam.slam import SlamSettings
+from bench.study_model import BackendChoice, DlrStudy
+from vslam.slam import SlamSettings, decides_over_drive
+
+OWN_ESTIMATOR = "local_map"
+"""Stands where a row has the back-end, for the estimator of `vslam.loop_closing`."""
 
 
 def run(study: DlrStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
@@ -27,12 +30,12 @@ def run(study: DlrStudy, folder: RunFolder, options: RunOptions, progress: Progr
     """
     facts = RunFacts("none")
     log = dlr.load(dlr_folder(options.data))
-    ways = list(product(study.backends, study.associations, study.observations))
+    ways = _ways(study)
     done: list[Replay] = []
     with facts.timed("replay"), progress.stage("replay", 1 + len(ways)) as advance:
         bound_m = position_bound(recorded(log))
         advance(1)
-        for backend, association, observation in ways:
+        for backend, label, association, observation in ways:
             settings = SlamSettings(
                 backend.name,
                 association,
@@ -41,10 +44,25 @@ def run(study: DlrStudy, folder: RunFolder, options: RunOptions, progress: Progr
                 seed=study.seed,
                 parameters=backend.parameters,
             )
-            done += replay.replays(log, settings, backend.label, study.seed, bound_m)
+            done += replay.replays(log, settings, label, study.seed, bound_m)
             advance(1)
     write(folder, done)
     return facts
+
+
+def _ways(study: DlrStudy) -> list[tuple[BackendChoice, str, str, str]]:
+    """Back-end with the label of its rows, association and observation form of each run.
+
+    What pairs over the whole drive has an estimator of its own, so it runs once, under that one's name.
+    """
+    ways = []
+    for association in study.associations:
+        if decides_over_drive(association):
+            ways.append((study.backends[0], OWN_ESTIMATOR, association, "cartesian"))
+        else:
+            forms = product(study.backends, study.observations)
+            ways += [(backend, backend.label, association, form) for backend, form in forms]
+    return ways
 
 
 def write(folder: RunFolder, replays: list[Replay]) -> None:
@@ -53,8 +71,11 @@ def write(folder: RunFolder, replays: list[Replay]) -> None:
     folder.write_runs([result.row for result in replays])
     for scene, truth in {str(r.row["scene"]): r.truth for r in replays}.items():
         folder.write_trajectory(f"truth--{scene}", np.arange(len(truth), dtype=np.float64), truth)
+    first = min((int(str(r.row["seed"])) for r in replays), default=0)
     for result in replays:
         if result.row["status"] == "ok":
             stem = run_stem(result.row)
             folder.write_trajectory(stem, np.arange(len(result.poses), dtype=np.float64), result.poses)
             folder.write_text(f"figures/landmarks--{stem}.csv", landmark_csv(result.landmark_table))
+            if result.row["seed"] == first:
+                folder.write_text(f"g2o/{stem}.g2o", result.graph)

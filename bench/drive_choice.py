@@ -70,7 +70,18 @@ class LoopDrive(Part):
     odometry: SimulatedOdometry = SimulatedOdometry.model_validate({})
 
 
-AnyDrive = RecordedDrive | VirtualDrive | LoopDrive
+class FileDrive(Part):
+    """A landmark log in a text file of yours, with its own ids (`bench.sequences.landmark_log`).
+
+    Its vertices are the reference; of a file without them, the smoothed solution of its own measurements is.
+    """
+
+    source: Literal["file"]
+    path: str = Field(min_length=1)
+    name: Name = "log"
+
+
+AnyDrive = RecordedDrive | VirtualDrive | LoopDrive | FileDrive
 
 
 def distinct_drives(drives: tuple[AnyDrive, ...]) -> tuple[AnyDrive, ...]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from bench import log_parts
 from bench.data import dlr_folder
 from bench.dlr_run import write
-from bench.drive_choice import AnyDrive, LoopDrive, RecordedDrive
+from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
 from bench.progress import Progress
@@ -15,7 +16,7 @@ from bench.rng import generator
 from bench.run_facts import RunFacts
 from bench.score import Replay, run_and_score
 from bench.sequences import dlr, simulated
-from bench.sequences.drive import Drive, recorded
+from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
 from bench.study_model import BackendChoice, DriveStudy
 from bench.workers import workers
@@ -63,6 +64,8 @@ def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) 
     """One repetition of a drive."""
     if isinstance(choice, LoopDrive):
         return simulated.round_loop(choice, study.seed, run)
+    if isinstance(choice, FileDrive):
+        return from_file(Path(choice.path), choice.name)
     assert log is not None
     if isinstance(choice, RecordedDrive):
         return recorded(log, choice.name)
@@ -70,7 +73,7 @@ def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) 
 
 
 def _repetitions(study: DriveStudy, drive: AnyDrive) -> int:
-    return 1 if isinstance(drive, RecordedDrive) else study.seeds
+    return 1 if isinstance(drive, RecordedDrive | FileDrive) else study.seeds
 
 
 def _bound(task: tuple[DriveStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.metrics import landmarks, navigation, trajectory
+from bench.oracle import observed, slam_settings
 from bench.perception import Percept
 from bench.run_facts import empty_run_row
 from bench.schema import RUN_COLUMNS
@@ -18,7 +19,7 @@ from vslam.geometry import to_global, to_local
 from vslam.motion import move
 from vslam.occupancy import OccupancyGrid
 from vslam.scan import Scan
-from vslam.slam import SlamResult, SlamSettings, run_slam
+from vslam.slam import SlamResult, run_slam
 
 FloatArray = NDArray[np.float64]
 
@@ -89,13 +90,11 @@ def localise(variant: Variant) -> list[Localised]:
 def _run(variant: Variant, seed: int) -> Localised:
     study, world = variant.study, variant.world
     increments = odometry(study, world.poses, seed)
-    steps = [(u, p.observations) for u, p in zip(increments, variant.percepts, strict=True)]
-    choice = study.slam
-    settings = SlamSettings(choice.backend, choice.association, choice.observation, choice.gate, seed=seed)
+    steps = [(u, observed(study.slam, p)) for u, p in zip(increments, variant.percepts, strict=True)]
     if all(p.failed for p in variant.percepts):
         return _failed(variant, seed, f"the filter failed on every picture: {variant.percepts[0].failed}")
     try:
-        result = run_slam(steps, settings)
+        result = run_slam(steps, slam_settings(study.slam, seed))
     except VslamError as error:
         return _failed(variant, seed, str(error))
     return _score(variant, seed, result)

@@ -17,7 +17,7 @@ LOG = "log"
 def reads_data(study: Study) -> bool:
     """Whether the study is about recorded data, or its scene or camera comes out of the log."""
     if isinstance(study, DriveStudy):
-        return any(drive.source != "loop" for drive in study.drives)
+        return any(drive.source in ("recorded", "virtual") for drive in study.drives)
     if not isinstance(study, RenderedStudy):
         return True
     return study.camera.source == "dlr" or _scene_asks(study.scene.name)

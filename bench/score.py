@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bench import g2o
 from bench.metrics import landmarks, trajectory
 from bench.run_facts import empty_run_row
 from bench.sequences.drive import Drive
@@ -36,6 +37,8 @@ class Replay:
         further rows for duplicates; id −1 with NaN truth for estimates that no known observation supports.
     seconds : float
         Wall clock of the SLAM run; NaN if it failed.
+    graph : str
+        The run as a g2o file (`bench.g2o`); empty if it failed.
     """
 
     row: dict[str, object]
@@ -43,6 +46,7 @@ class Replay:
     truth: FloatArray
     landmark_table: FloatArray
     seconds: float
+    graph: str = ""
 
 
 def run_and_score(
@@ -104,7 +108,8 @@ def _scored(
     table = landmarks.table(estimated, result.matches, drive.seen, drive.landmark_positions, unlabelled=True)
     known = table[:, 0] >= 0
     table[known, 0] = drive.landmark_ids[table[known, 0].astype(np.int64)]
-    return Replay(row, poses, drive.truth, table, result.seconds)
+    graph = g2o.text(drive.steps, result.matches, poses, estimated)
+    return Replay(row, poses, drive.truth, table, result.seconds, graph)
 
 
 def _empty_row(drive: Drive, settings: SlamSettings, label: str, seed: int) -> dict[str, object]:

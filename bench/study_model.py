@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from bench.backend_choice import BackendChoice, Backends
 from bench.camera_choice import CameraChoice, OpticsChoice
-from bench.drive_choice import LoopDrive, RecordedDrive, VirtualDrive, distinct_drives
+from bench.drive_choice import AnyDrive, distinct_drives
 from bench.file_scene import FileScene, name_of
 from bench.filter_choice import FilterChoice, Filters
 from bench.illumination_grid import Illumination, IlluminationGrid
@@ -281,7 +281,7 @@ class DriveStudy(Part):
     description: str = ""
     seed: int = Field(0, ge=0)
     drives: Annotated[
-        tuple[Annotated[RecordedDrive | VirtualDrive | LoopDrive, Field(discriminator="source")], ...],
+        tuple[Annotated[AnyDrive, Field(discriminator="source")], ...],
         Field(min_length=1),
         AfterValidator(distinct_drives),
     ]

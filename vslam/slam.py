@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+import vslam.jcbb  # noqa: F401  (registers)
 from vslam.association import associations
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
+from vslam.loop_closing.association import Constellation
 from vslam.observation import observation_models
 from vslam.slam_backend import Backend, Smoothed, Smoother, backends, create
 
@@ -110,7 +112,7 @@ class Slam:
         self.backend: Backend = create(
             self.settings.backend, model, self.settings.seed, self.settings.parameters
         )
-        self._associator = associations.get(self.settings.association)(
+        self.associator = associations.get(self.settings.association)(
             self.settings.gate, self.settings.new_gate
         )
         self.steps = 0
@@ -130,7 +132,7 @@ class Slam:
         """
         try:
             self.backend.predict(odometry)
-            hypothesis = self._associator.associate(self.backend, observations)
+            hypothesis = self.associator.associate(self.backend, observations)
             matches = self.backend.update(observations, hypothesis)
         except VslamError as error:
             raise VslamError(f"SLAM step {self.steps}: {error}") from error
@@ -138,6 +140,14 @@ class Slam:
             raise VslamError(f"SLAM step {self.steps}: the estimated pose is no longer finite")
         self.steps += 1
         return matches
+
+
+def decides_over_drive(association: str) -> bool:
+    """Whether an association brings its own estimator and pairs over the whole drive (`run_slam` alone can).
+
+    Back-end and observation form then play no part: it takes points in the robot's frame.
+    """
+    return associations.get(association) is Constellation
 
 
 def run_slam(
@@ -161,6 +171,8 @@ def run_slam(
         As `Slam.step`; also when the final map is not finite.
     """
     slam = Slam(settings)
+    if isinstance(slam.associator, Constellation):
+        return _run_drive(steps, slam.associator)
     poses = np.empty((len(steps), 3))
     covariances = np.empty((len(steps), 3, 3))
     matches: list[IntArray] = []
@@ -183,4 +195,20 @@ def run_slam(
         seconds,
         slam.backend.memory_bytes,
         smoothed,
+    )
+
+
+def _run_drive(steps: Sequence[tuple[Odometry, Observations]], associator: Constellation) -> SlamResult:
+    """A run whose pairings are known at its end alone: the map is that of the smoothed track."""
+    start = time.perf_counter()
+    with threadpool_limits(limits=1, user_api="blas"):
+        done = associator.run(steps)
+    return SlamResult(
+        done.online_poses,
+        done.online_covariances,
+        done.landmarks,
+        done.landmark_covariances,
+        done.matches,
+        time.perf_counter() - start,
+        smoothed=Smoothed(done.poses, done.landmarks),
     )

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.errors import BenchError
+from bench.sequences import landmark_log
 from bench.sequences.dlr import DlrLog
 from vslam.frame import Observations, Odometry
 
@@ -50,3 +54,37 @@ class Drive:
 def recorded(log: DlrLog, name: str = "dlr") -> Drive:
     """The DLR log as it was recorded."""
     return Drive(name, log.steps, log.truth[1:], log.landmark_ids, log.landmark_positions)
+
+
+@lru_cache(maxsize=2)
+def from_file(path: Path, name: str) -> Drive:
+    """A landmark log as its file has it; read, and solved where it has no reference, once per process.
+
+    Raises
+    ------
+    BenchError
+        As `landmark_log.load`, and where the log has neither a reference nor a smoothed solution.
+    """
+    log = landmark_log.load(path)
+    truth, positions = log.reference, log.landmark_positions
+    if truth is None or not np.isfinite(positions).all():
+        truth, positions = _smoothed(log, path)
+    return Drive(name, log.steps, truth, log.landmark_ids, positions)
+
+
+def _smoothed(log: landmark_log.LandmarkLog, path: Path) -> tuple[FloatArray, FloatArray]:
+    """Poses and landmarks of the least-squares solution, landmarks by rising id."""
+    from vslam.errors import VslamError
+    from vslam.slam import SlamSettings, run_slam
+
+    try:
+        result = run_slam(log.steps, SlamSettings("graph", "annotated", "cartesian"))
+    except VslamError as error:
+        raise BenchError(
+            f"{path}: has no vertices for a reference, and cannot be smoothed: {error}"
+        ) from None
+    assert result.smoothed is not None
+    numbers = np.full(len(log.landmark_ids), -1)
+    for (_, seen), matches in zip(log.steps, result.matches, strict=True):
+        numbers[np.searchsorted(log.landmark_ids, seen.ids)] = matches
+    return result.smoothed.poses, result.smoothed.landmarks[numbers]

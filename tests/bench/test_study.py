@@ -71,10 +71,10 @@ def test_quick_sweeps_sun_and_bulbs():
     assert len(study.illuminations.bulb_lm) >= 2
 
 
-def test_dlr_replays_both_associations_and_both_forms():
+def test_dlr_replays_every_association_and_both_forms():
     study = load("dlr")
     assert isinstance(study, DlrStudy)
-    assert study.associations == ("annotated", "icnn")
+    assert study.associations == ("annotated", "icnn", "jcbb", "constellation")
     assert study.observations == ("cartesian", "range_bearing")
 
 
