@@ -132,6 +132,15 @@ def outcomes(rows: DataFrame) -> str:
     return ", ".join(f"{count} {name}" for name, count in sorted(counts.items())) or "none"
 
 
+def titles(run: Run) -> dict[str, tuple[str, str]]:
+    """Of each task, its heading and what a drive has done that succeeded in it."""
+    home = (run.study.get("drive") or {}).get("home", True)
+    return {
+        GOAL: ("To the goal and home", "came home") if home else ("To the goal", "reached the goal"),
+        EXPLORE: ("Exploring the unknown", "left nothing unexplored that could be reached"),
+    }
+
+
 def failures(run: Run) -> tuple[Failure, ...]:
     """Drives that the robot's own software ended, not the world or the clock."""
     table = drives(run).table
@@ -147,9 +156,9 @@ def verdict(run: Run) -> str:
     """Does the filter bring the robot home? One sentence."""
     own = drives(run)
     task = GOAL if own.has(GOAL) else EXPLORE
-    what = "home" if task == GOAL else "through its exploration"
+    what = titles(run)[task][1]
     base = own.of(task, BASELINE)
-    begin = f"Without a filter {int(base['success'].sum())} of {len(base)} drives came {what}"
+    begin = f"Without a filter {int(base['success'].sum())} of {len(base)} drives {what}"
     parts = []
     for name in (f for f in own.filters if f != BASELINE):
         rows = own.of(task, name)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports import style, tracks
-from reports.closed_loop import EXPLORE, GOAL, drives, share
+from reports.closed_loop import EXPLORE, drives, share
 from reports.run import Run, records
 
 if TYPE_CHECKING:
@@ -129,6 +129,3 @@ def _draw_walls(panel: Axes, grid: tracks.Occupancy | None) -> None:
     shade = np.zeros((*grid.blocked.shape, 4), dtype=np.uint8)
     shade[grid.blocked] = (128, 134, 140, 70)
     panel.imshow(shade, extent=grid.extent, origin="lower", interpolation="nearest")
-
-
-TASKS = {GOAL: "To the goal and home", EXPLORE: "Exploring the unknown"}

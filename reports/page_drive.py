@@ -16,6 +16,7 @@ from reports.closed_loop import (
     outcomes,
     recall,
     share,
+    titles,
     verdict,
 )
 from reports.kind import Kind
@@ -67,7 +68,7 @@ def compose(run: Run) -> Page:
     own = drives(run)
     sections = [
         Section(task, title, tables=(table(run, task),), pictures=_pictures(run, task))
-        for task, title in figures_closed_loop.TASKS.items()
+        for task, (title, _) in titles(run).items()
         if own.has(task)
     ]
     sections.append(Section("reading", "How to read this", bullets=CAVEATS))
@@ -103,7 +104,7 @@ def table(run: Run, task: str) -> Table:
             data.append((label, name, *(f"{c.value} {c.interval}".strip() for c in cells), outcomes(drawn)))
     csv = f"figures/drive-{task}.csv"
     write_csv(pd.DataFrame(data, columns=["light", "filter", *head]), run.folder / csv)
-    return Table(figures_closed_loop.TASKS[task], "filter", head, tuple(rows), csv=csv)
+    return Table(titles(run)[task][0], "filter", head, tuple(rows), csv=csv)
 
 
 def _cell(value: Estimate, digits: int, scale: float) -> Cell:
@@ -139,7 +140,7 @@ def summary(run: Run) -> RenderableType:
     from rich.console import Group
 
     own, tables = drives(run), []
-    for task, title in figures_closed_loop.TASKS.items():
+    for task, (title, _) in titles(run).items():
         if not own.has(task):
             continue
         told = table(run, task)

@@ -222,7 +222,7 @@ def test_the_same_study_gives_the_same_bytes_for_any_number_of_workers(
     for name in kept:
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
     page = html.build(one).read_text()
-    assert "Without a filter" in page and "drives came home" in page
+    assert "Without a filter" in page and "drives reached the goal" in page
     assert terminal.summary(one) is not None
 
 
