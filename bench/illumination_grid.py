@@ -1,4 +1,4 @@
-"""The illuminations of a study: every sun, or time of day, with every bulb and every state of the lamps."""
+"""The illuminations of a study: every sun, or time of day, with every bulb, lamps' state and exposure."""
 
 from __future__ import annotations
 
@@ -44,6 +44,8 @@ class Illumination:
         Where the sun stands at that time; without it, where the scene's own stands.
     sun_illuminant, sky_illuminant, lamp_illuminant : str
         CIE illuminant or colour temperature; where empty, the scene's own.
+    exposure_ev : float
+        Stops that its pictures are exposed more (+) or less (−) than metered.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Illumination:
     sun_illuminant: str = ""
     sky_illuminant: str = ""
     lamp_illuminant: str = ""
+    exposure_ev: float = 0.0
 
     def labels(self) -> dict[str, object]:
         """Its columns in the tables of `bench.schema`."""
@@ -70,6 +73,7 @@ class Illumination:
             "sun_lux": self.sun_lux,
             "bulb_lm": self.bulb_lm,
             "lamps": self.lamps,
+            "exposure_ev": self.exposure_ev,
         }
 
 
@@ -101,11 +105,12 @@ Expanded = BeforeValidator(_expanded)
 
 
 class IlluminationGrid(Part):
-    """Every sun, or time of day, with every bulb and every state of the lamps.
+    """Every sun, or time of day, with every bulb, every state of the lamps and every exposure.
 
     ``sun_lux`` and ``bulb_lm`` are lists or log ranges, ``{log: [100, 100000], steps: 4}``.
     ``sky_per_sun`` ties the sky to the sun. ``sun_illuminant`` and ``sky_illuminant`` give them another
     colour than the scene's. ``times`` stands for all of these: there sun and sky are a clear day's.
+    ``exposure_ev`` brackets: each picture is taken once for each number of stops, by exposure time.
     """
 
     sun_lux: Annotated[tuple[Annotated[float, Field(ge=0, le=200_000)], ...], Expanded]
@@ -117,6 +122,7 @@ class IlluminationGrid(Part):
     sky_illuminant: Illuminant | None = None
     times: TimesOfDay | None = None
     lamps: tuple[Lamps, ...] = Field((Lamps(name=STEADY),), min_length=1)
+    exposure_ev: tuple[Annotated[float, Field(ge=-20, le=20)], ...] = Field((0.0,), min_length=1)
 
     @model_validator(mode="before")
     @classmethod
@@ -141,20 +147,25 @@ class IlluminationGrid(Part):
         for name in states:
             if states.count(name) > 1:
                 raise ValueError(f"lamps: the name {name!r} stands twice; give one of them another")
-        for key, unit in (("sun_lux", "lx"), ("bulb_lm", "lm")):
+        for key, unit in (("sun_lux", "lx"), ("bulb_lm", "lm"), ("exposure_ev", "EV")):
             levels = [_level(value) for value in getattr(self, key)]
             for level in levels:
                 if levels.count(level) > 1:
                     raise ValueError(f"{key}: {level} {unit} stands twice; each value may stand once")
+        bracketed = {_bracketed(_suffix(name), ev) for name in states for ev in self.exposure_ev if ev}
+        for name in states:
+            if _suffix(name) in bracketed:
+                raise ValueError(f"lamps: the name {name!r} reads as an exposure; choose another")
         return self
 
     def grid(self) -> tuple[Illumination, ...]:
-        """All cells, the sun outermost, named like ``sun20000-bulb800``, ``t0900-bulb800-broken``."""
+        """All cells, the sun outermost, named like ``sun20000-bulb800``, ``t0900-bulb800-broken-ev-2``."""
         return tuple(
-            self._with_lamps(day, bulb, state)
+            replace(cell, name=_bracketed(cell.name, ev), exposure_ev=ev)
             for day in (self._days() if self.times is None else self._hours(self.times))
             for bulb in self.bulb_lm
-            for state in self.lamps
+            for cell in (self._with_lamps(day, bulb, state) for state in self.lamps)
+            for ev in self.exposure_ev
         )
 
     def _days(self) -> list[Illumination]:
@@ -188,10 +199,9 @@ class IlluminationGrid(Part):
         ]
 
     def _with_lamps(self, day: Illumination, bulb: float, state: Lamps) -> Illumination:
-        suffix = "" if state.name == STEADY else f"-{state.name}"
         return replace(
             day,
-            name=f"{day.name}-bulb{_level(bulb)}{suffix}",
+            name=f"{day.name}-bulb{_level(bulb)}{_suffix(state.name)}",
             bulb_lm=bulb,
             lamps=state.name,
             without=state.without,
@@ -203,6 +213,16 @@ class IlluminationGrid(Part):
         )
 
 
+def _suffix(state: str) -> str:
+    """A state of lamps in names."""
+    return "" if state == STEADY else f"-{state}"
+
+
+def _bracketed(name: str, ev: float) -> str:
+    """The name at an exposure; what is metered keeps its own, and so the same picture."""
+    return f"{name}-ev{_level(ev)}" if ev else name
+
+
 def _level(value: float) -> str:
-    """A strength of light in names."""
-    return f"{value:.10g}"
+    """A strength of light, or a number of stops, in names."""
+    return f"{value + 0.0:.10g}"  # no "-0"

@@ -9,6 +9,7 @@ FRAME_COLUMNS: dict[str, str] = {
     "sun_lux": "float64",
     "bulb_lm": "float64",
     "lamps": "string",
+    "exposure_ev": "float64",
     "frame": "int64",
     "filter": "string",
     "engine": "string",
@@ -31,7 +32,8 @@ FRAME_COLUMNS: dict[str, str] = {
 }
 """One row per picture and filter. ``status`` is "ok" or "failed: reason"; a filter that fails on a picture
 has no metrics there: NaN, no detections. ``time`` is a time of day, "09:00", empty where a study has none;
-``lamps`` the name of the lamps' state, "all" where all burn steadily."""
+``lamps`` the name of the lamps' state, "all" where all burn steadily; ``exposure_ev`` stops
+over what is metered."""
 
 RUN_COLUMNS: dict[str, str] = {
     "scene": "string",
@@ -40,6 +42,7 @@ RUN_COLUMNS: dict[str, str] = {
     "sun_lux": "float64",
     "bulb_lm": "float64",
     "lamps": "string",
+    "exposure_ev": "float64",
     "filter": "string",
     "backend": "string",
     "association": "string",

@@ -6,15 +6,26 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from renderers import illuminant
+from renderers.errors import RendererError
+
+
+def _illuminant(name: str) -> str:
+    """Refuse what `renderers.illuminant` does not know, so that the error names file and key."""
+    try:
+        illuminant.check_name(name)
+    except RendererError as error:
+        raise ValueError(str(error)) from None
+    return name
+
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name of a folder
 Share = Annotated[float, Field(gt=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
-Illuminant = Annotated[
-    str, Field(min_length=1)
-]  # known by name or colour temperature to `renderers.illuminant`
+Illuminant = Annotated[str, Field(min_length=1), AfterValidator(_illuminant)]
 
 
 class Part(BaseModel):

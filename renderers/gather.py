@@ -35,7 +35,7 @@ def direct_lux(points: F32, normals: F32, layer: list[UnitLight], caster: RayCas
             some = np.flatnonzero(lux)
             lit = reached[some]
             cosine = np.einsum("nk,nk->n", normals[lit], to_light[some]).clip(min=0.0)
-            total[lit] += lux[some] * cosine * lit_share(light, points[lit], normals[lit], caster, rays)
+            total[lit] += lux[some] * cosine * lit_share(light, points, normals, lit, caster, rays)
     return total
 
 

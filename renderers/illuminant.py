@@ -26,7 +26,38 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 REDDEST_K, DAYLIGHT_K, BLUEST_K = 1667, 4000, 25_000
 """Where the formulas of black body and daylight begin, meet and end."""
 
+CIE = (
+    *("A", "B", "C", "D50", "D55", "D60", "D65", "D75", "E", "ID50", "ID65"),
+    *(f"FL{k}" for k in range(1, 13)),
+    *(f"FL3.{k}" for k in range(1, 16)),
+    *(f"HP{k}" for k in range(1, 6)),
+    *(f"LED-B{k}" for k in range(1, 6)),
+    *("LED-BH1", "LED-RGB1", "LED-V1", "LED-V2"),
+)
+"""The illuminants of CIE 15:2018 by their names in colour-science; D60 is of the daylight series."""
+
 Rgb = tuple[float, float, float]
+
+
+def check_name(name: str) -> None:
+    """Say whether a light has such a colour, without working it out.
+
+    Raises
+    ------
+    RendererError
+        If there is no such illuminant (the nearest names are suggested) or colour temperature.
+    """
+    if (kelvin := _kelvin(name)) is not None:
+        chromaticity(kelvin)
+    elif name not in CIE:
+        near = get_close_matches(name, CIE, n=3, cutoff=0.3)
+        raise RendererError(f"unknown illuminant {name!r}; did you mean {', '.join(near) or 'D65'}?")
+
+
+def _kelvin(name: str) -> float | None:
+    """The colour temperature of a name such as "5200K"."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?K", name)
+    return float(match[1]) if match else None
 
 
 def linear_srgb(name: str, folder: Path | None = None) -> NDArray[np.float64]:
@@ -35,7 +66,7 @@ def linear_srgb(name: str, folder: Path | None = None) -> NDArray[np.float64]:
     Parameters
     ----------
     name : str
-        As colour-science names it: "A", "D55", "D65", "FL2", "LED-B3", …; or a colour temperature of
+        One of `CIE`, such as "A", "D55", "D65", "FL2", "LED-B3", …; or a colour temperature of
         1667…25000 K such as "5200K": CIE daylight from 4000 K on, a black body below.
     folder : Path, optional
         Where colour-science's answers are kept between runs; without one it is imported, which takes seconds.
@@ -48,14 +79,12 @@ def linear_srgb(name: str, folder: Path | None = None) -> NDArray[np.float64]:
     Raises
     ------
     RendererError
-        If there is no such illuminant (the nearest names are suggested) or colour temperature.
+        As `check_name`.
     """
-    if kelvin := re.fullmatch(r"(\d+(?:\.\d+)?) ?K", name):
-        return np.array(_luminance_one(_srgb_matrix() @ _xyz(*chromaticity(float(kelvin[1])))))
+    check_name(name)
+    if (kelvin := _kelvin(name)) is not None:
+        return np.array(_luminance_one(_srgb_matrix() @ _xyz(*chromaticity(kelvin))))
     known = _computed() if folder is None else _kept(folder)
-    if name not in known:
-        near = get_close_matches(name, list(known), n=3, cutoff=0.3)
-        raise RendererError(f"unknown illuminant {name!r}; did you mean {', '.join(near) or 'D65'}?")
     return np.array(known[name], dtype=np.float64)
 
 
@@ -102,14 +131,15 @@ def _luminance_one(rgb: NDArray[np.float64]) -> Rgb:
 
 @cache
 def _computed() -> dict[str, Rgb]:
-    """All illuminants of the CIE 1931 observer."""
+    """All of `CIE`, for the CIE 1931 observer."""
     import colour
 
     matrix = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB
-    colours = {}
-    for name, xy in colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"].items():
-        colours[name] = _luminance_one(np.asarray(matrix @ colour.xy_to_XYZ(xy), dtype=np.float64))
-    return colours
+    chromaticities = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"]
+    return {
+        name: _luminance_one(np.asarray(matrix @ colour.xy_to_XYZ(chromaticities[name]), dtype=np.float64))
+        for name in CIE
+    }
 
 
 @cache

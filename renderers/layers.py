@@ -11,7 +11,16 @@ from renderers.appearance import materials_at
 from renderers.gather import diffuse_albedo
 from renderers.gbuffer import F32, I32, GBuffer, interpolate
 from renderers.irradiance import Irradiance
-from renderers.lights import HORIZON_Z, BulbLight, DirectLight, SkyLight, SunLight, UnitLight, bounding_balls
+from renderers.lights import (
+    F64,
+    HORIZON_Z,
+    BulbLight,
+    DirectLight,
+    SkyLight,
+    SunLight,
+    UnitLight,
+    bounding_balls,
+)
 from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 from renderers.reflection import Reflection
@@ -67,9 +76,10 @@ class LayerShader:
         size = (len(self._layers), len(surfaces.surface), 3)
         diffuse, specular = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.float32)
         self._ambient(surfaces, gbuffer.view.origin, diffuse, specular)
+        balls = bounding_balls(surfaces.points, BLOCK)
         for k, lights in enumerate(self._layers):
             direct = [light for light in lights if isinstance(light, DirectLight)]
-            self._direct(direct, surfaces, diffuse[k], specular[k])
+            self._direct(direct, surfaces, balls, diffuse[k], specular[k])
         self._emission(gbuffer, diffuse)
         shape = (len(self._layers), *surfaces.shape, 3)
         return diffuse.reshape(shape), specular.reshape(shape)
@@ -79,17 +89,17 @@ class LayerShader:
         reflection = Reflection(
             self._mesh, self._caster, surfaces, eye, HORIZON_Z, self._threads, self._supersampling
         )
-        sunlit = self._sunlit(reflection)
-        light = reflection.bring(self._mirrored, *self._mirrored_albedo(reflection), self._sky, sunlit)
+        light = reflection.bring(
+            self._mirrored, *self._mirrored_albedo(reflection), self._sky, *self._sunlit(reflection)
+        )
 
         def work(part: slice) -> None:
-            lux = interpolate(self._indirect, surfaces.corners[part], surfaces.weights[part])
-            mirrored = reflection.gather(light, part, lux)
             shade_ambient(
                 surfaces.normal[part],
                 surfaces.to_eye[part],
-                lux,
-                mirrored,
+                interpolate(self._indirect, surfaces.corners[part], surfaces.weights[part]),
+                light[part],
+                reflection.mirrors[part],
                 albedo_table(),
                 *surfaces.material(part),
                 diffuse[:, part],
@@ -107,55 +117,56 @@ class LayerShader:
         met = materials_at(mesh, np.maximum(triangle, 0), weights, MIRRORED_FOOTPRINT_M)
         return diffuse_albedo(met) * np.float32(self._bounces), np.arange(len(triangle), dtype=np.int32)
 
-    def _sunlit(self, reflection: Reflection) -> F32:
-        """(L, rays) lux of each layer's suns where the mirrored rays end."""
-        total = np.zeros((len(self._layers), len(reflection.points)), dtype=np.float32)
-        for k, light in self._suns:
+    def _sunlit(self, reflection: Reflection) -> tuple[F32, I32]:
+        """(s, rays) lux of each sun where the mirrored rays end, and (s,) the layer it belongs to."""
+        total = np.zeros((len(self._suns), len(reflection.points)), dtype=np.float32)
+        for row, (_, light) in zip(total, self._suns, strict=True):
             to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
             lit = np.flatnonzero(lux)
-            points, normals = reflection.points[lit], reflection.normals[lit]
-            cosine = np.einsum("nk,nk->n", normals, to_light[lit])
-            share = lit_share(light, points, normals, self._caster, threads=self._threads)
-            total[k, lit] += lux[lit] * cosine * share
-        return total
+            cosine = np.einsum("nk,nk->n", reflection.normals[lit], to_light[lit])
+            rays = reflection.points, reflection.normals, lit
+            row[lit] = lux[lit] * cosine * lit_share(light, *rays, self._caster, threads=self._threads)
+        return total, np.array([k for k, _ in self._suns], dtype=np.int32)
 
-    def _direct(self, lights: list[DirectLight], surfaces: Surfaces, diffuse: F32, specular: F32) -> None:
-        """Add a layer's suns and bulbs, shadows included."""
+    def _direct(
+        self,
+        lights: list[DirectLight],
+        surfaces: Surfaces,
+        balls: tuple[F64, F64],
+        diffuse: F32,
+        specular: F32,
+    ) -> None:
+        """Add a layer's suns and bulbs, shadows included; the balls are about each block's points."""
         n = len(surfaces.surface)
-        arriving = [_Arriving(n) for _ in lights]
-
-        balls = bounding_balls(surfaces.points, BLOCK)
+        lux = [np.zeros(n, dtype=np.float32) for _ in lights]
         missed = [light.misses(*balls) for light in lights]
 
         def arrive(part: slice) -> None:
-            for light, column, dark in zip(lights, arriving, missed, strict=True):
-                if dark[part.start // BLOCK]:
-                    column.lux[part] = 0.0
-                    continue
-                found = light.arriving(surfaces.points[part], surfaces.normal[part])
-                column.to_light[part], column.lux[part], column.spread[part] = found
+            for light, column, dark in zip(lights, lux, missed, strict=True):
+                if not dark[part.start // BLOCK]:
+                    column[part] = light.arriving(surfaces.points[part], surfaces.normal[part])[1]
 
         self._threads.over(n, arrive)
-        near = [k for k, column in enumerate(arriving) if column.lux.any()]  # of a building's lamps, a few
-        lights, arriving = [lights[k] for k in near], [arriving[k] for k in near]
-        lux = [column.lux for column in arriving]
+        near = [k for k, column in enumerate(lux) if column.any()]  # of a building's lamps, a few
+        lights, lux = [lights[k] for k in near], [lux[k] for k in near]
         points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
         shares = visible_shares(
             lights, lux, points, normals, self._caster, shape, self._threads, self._sparse_shadows
         )
-        seen = [k for k, share in enumerate(shares) if share.any()]
-        arriving, shares = [arriving[k] for k in seen], [shares[k] for k in seen]
 
         def shade(part: slice) -> None:
-            for column, share in zip(arriving, shares, strict=True):
-                if not share[part].any():
+            for light, column, share in zip(lights, lux, shares, strict=True):
+                lit = column[part] * share[part]
+                if not lit.any():
                     continue
+                # worked out once more: cheaper than to keep it for all pixels
+                to_light, _, spread = light.arriving(surfaces.points[part], surfaces.normal[part])
                 shade_light(
                     surfaces.normal[part],
                     surfaces.to_eye[part],
-                    column.to_light[part],
-                    column.lux[part] * share[part],
-                    column.spread[part],
+                    to_light,
+                    lit,
+                    spread,
                     *surfaces.material(part),
                     diffuse[part],
                     specular[part],
@@ -175,14 +186,6 @@ class LayerShader:
             for light in lights:
                 if isinstance(light, BulbLight):
                     picture[lamps[bulb[lamps] == light.index]] += light.luminance(eye)
-
-
-class _Arriving:
-    """Room for what a light brings to n pixels, as `DirectLight.arriving` gives it."""
-
-    def __init__(self, n: int) -> None:
-        self.to_light = np.empty((n, 3), dtype=np.float32)
-        self.lux, self.spread = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.float32)
 
 
 def _sky(lights: list[UnitLight]) -> float:

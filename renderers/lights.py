@@ -61,22 +61,19 @@ class DirectLight(UnitLight, Protocol):
     def far(self) -> float:
         """Where shadow rays end, in units of their directions' length."""
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
-        """Rays from surface points to points of the light's disc.
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, first: I64, rays: F32) -> None:
+        """Write down rays from surface points to points of the light's disc.
 
         Parameters
         ----------
         points, normals : (n, 3) float32
         which : (m,) int64
-            Index of the point that each ray starts at.
-        disc : (k, 2) float32
+            Index of the point that rays start at.
+        disc : (d, 2) float32
             Points on the unit disc.
-        number : (m,) int64
-            Index of the one that each ray goes to.
-
-        Returns
-        -------
-        rays : (m, 6) float32, origin and direction
+        first : (m,) int64
+            Index of the one that the first of them goes to; the next to the next, and so round.
+        rays : (m, k, 6) float32, origin and direction; written
         """
 
 
@@ -100,9 +97,9 @@ class SunLight:
         """See `DirectLight.arriving`. A sun below the horizon gives nothing."""
         return _towards_sun(normals, np.array(self.direction, dtype=np.float32))
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, first: I64, rays: F32) -> None:
         """See `DirectLight.shadow_rays`."""
-        return _rays_to_sun(points, normals, which, disc, number, *self.direction)
+        _rays_to_sun(points, normals, which, disc, first, *self.direction, rays)
 
 
 @dataclass(frozen=True)
@@ -154,9 +151,9 @@ class BulbLight:
             table.candela_per_lumen,
         )
 
-    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, number: I64) -> F32:
+    def shadow_rays(self, points: F32, normals: F32, which: I64, disc: F32, first: I64, rays: F32) -> None:
         """See `DirectLight.shadow_rays`."""
-        return _rays_to_bulb(points, normals, which, disc, number, *self.position, self.radius)
+        _rays_to_bulb(points, normals, which, disc, first, *self.position, self.radius, rays)
 
 
 HORIZON_Z = -0.02
@@ -285,45 +282,65 @@ def _towards(
 @njit(cache=True)
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
     """Two unit vectors across a unit vector (Duff et al. 2017, Building an orthonormal basis, revisited)."""
-    sign = 1.0 if z >= 0.0 else -1.0
-    a = -1.0 / (sign + z)
+    one = np.float32(1)  # leaves the arguments their precision
+    sign = np.copysign(one, z)
+    a = -one / (sign + z)
     b = x * y * a
-    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+    return one + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+
+
+@njit(cache=True)
+def _around(number: int, count: int) -> int:
+    """Modulo of less than twice the count, without the slow division."""
+    return number if number < count else number - count
 
 
 @njit(cache=True, nogil=True)
 def _rays_to_bulb(
-    points: F32, normals: F32, which: I64, disc: F32, number: I64, x: float, y: float, z: float, radius: float
-) -> F32:
+    points: F32,
+    normals: F32,
+    which: I64,
+    disc: F32,
+    first: I64,
+    x: float,
+    y: float,
+    z: float,
+    radius: float,
+    rays: F32,
+) -> None:
     """To the disc across the line of sight, stopped in front of the sphere."""
-    rays = np.empty((len(which), 6), dtype=np.float32)
+    cx, cy, cz, cr = np.float32(x), np.float32(y), np.float32(z), np.float32(radius)
+    zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-6)
+    off, clear = np.float32(OFFSET_M), np.float32(CLEARANCE * radius)
     for k in range(len(which)):
         i = which[k]
-        ox = points[i, 0] + OFFSET_M * normals[i, 0]
-        oy = points[i, 1] + OFFSET_M * normals[i, 1]
-        oz = points[i, 2] + OFFSET_M * normals[i, 2]
-        dx, dy, dz = x - ox, y - oy, z - oz
-        per_d = 1.0 / max(np.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+        ox = points[i, 0] + off * normals[i, 0]
+        oy = points[i, 1] + off * normals[i, 1]
+        oz = points[i, 2] + off * normals[i, 2]
+        dx, dy, dz = cx - ox, cy - oy, cz - oz
+        per_d = one / max(np.sqrt(dx * dx + dy * dy + dz * dz), tiny)
         tx, ty, tz, bx, by, bz = tangents(dx * per_d, dy * per_d, dz * per_d)
-        reach = max(1.0 - CLEARANCE * radius * per_d, 0.0)
-        u, v = radius * disc[number[k], 0], radius * disc[number[k], 1]
-        rays[k, 0], rays[k, 1], rays[k, 2] = ox, oy, oz
-        rays[k, 3] = reach * (dx + u * tx + v * bx)
-        rays[k, 4] = reach * (dy + u * ty + v * by)
-        rays[k, 5] = reach * (dz + u * tz + v * bz)
-    return rays
+        reach = max(one - clear * per_d, zero)
+        for m in range(rays.shape[1]):
+            number = _around(first[k] + m, len(disc))
+            u, v = cr * disc[number, 0], cr * disc[number, 1]
+            rays[k, m, 0], rays[k, m, 1], rays[k, m, 2] = ox, oy, oz
+            rays[k, m, 3] = reach * (dx + u * tx + v * bx)
+            rays[k, m, 4] = reach * (dy + u * ty + v * by)
+            rays[k, m, 5] = reach * (dz + u * tz + v * bz)
 
 
 @njit(cache=True, nogil=True)
 def _rays_to_sun(
-    points: F32, normals: F32, which: I64, disc: F32, number: I64, x: float, y: float, z: float
-) -> F32:
-    rays = np.empty((len(which), 6), dtype=np.float32)
+    points: F32, normals: F32, which: I64, disc: F32, first: I64, x: float, y: float, z: float, rays: F32
+) -> None:
     tx, ty, tz, bx, by, bz = tangents(x, y, z)
     for k in range(len(which)):
         i = which[k]
-        u, v = SUN_RADIUS * disc[number[k], 0], SUN_RADIUS * disc[number[k], 1]
-        for c in range(3):
-            rays[k, c] = points[i, c] + OFFSET_M * normals[i, c]
-        rays[k, 3], rays[k, 4], rays[k, 5] = x + u * tx + v * bx, y + u * ty + v * by, z + u * tz + v * bz
-    return rays
+        for m in range(rays.shape[1]):
+            number = _around(first[k] + m, len(disc))
+            u, v = SUN_RADIUS * disc[number, 0], SUN_RADIUS * disc[number, 1]
+            for c in range(3):
+                rays[k, m, c] = points[i, c] + OFFSET_M * normals[i, c]
+            rays[k, m, 3], rays[k, m, 4] = x + u * tx + v * bx, y + u * ty + v * by
+            rays[k, m, 5] = z + u * tz + v * bz

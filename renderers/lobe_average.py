@@ -184,6 +184,7 @@ def _widen(
             pixel = np.sqrt(dx * dx + dy * dy + dz * dz)
             box[k, axis] = 0
             if pixel <= 0 or pixel > 0.2:  # the neighbour is the sky
+                box[k, axis] = 0
                 continue
             within = (ax * dx + ay * dy + az * dz) / (length * pixel)
             square = within * within

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,23 +75,20 @@ def meter(sensor: Sensor, luminance: F32, white: NDArray[np.float64]) -> Exposur
     return Exposure(shutter, balance, sensor.gain_db + _more_gain(sensor, seconds / shutter))
 
 
-def bracket(
-    sensor: Sensor, luminance: F32, white: NDArray[np.float64], stops: Iterable[float]
-) -> tuple[Exposure, ...]:
-    """Exposures of one scene by so many stops more (+) or less (−) than metered, within the shutter's limits
-    and at one gain.
+def shifted(sensor: Sensor, exposure: Exposure, stops: float) -> Exposure:
+    """One picture of a bracket: so many stops more (+) or less (−), by time, within the shutter's limits.
+
+    An exposure time that is set by hand counts as within them.
 
     Raises
     ------
     RendererError
-        If a number of stops is not finite.
+        If the number of stops is not finite.
     """
-    metered, stops = meter(sensor, luminance, white), tuple(stops)
-    if not np.isfinite(stops).all():
-        raise RendererError(f"bracketing: stops must be finite numbers, not {stops}")
-    low, high = sensor.min_exposure_s, sensor.max_exposure_s
-    times = (float(np.clip(metered.seconds * 2.0**s, low, high)) for s in stops)
-    return tuple(Exposure(seconds, metered.white_balance, metered.gain_db) for seconds in times)
+    if not np.isfinite(stops):
+        raise RendererError(f"bracketing: stops must be a finite number, not {stops}")
+    low, high = min(sensor.min_exposure_s, exposure.seconds), max(sensor.max_exposure_s, exposure.seconds)
+    return replace(exposure, seconds=float(np.clip(exposure.seconds * 2.0**stops, low, high)))
 
 
 def _more_gain(sensor: Sensor, lacking: float) -> float:

@@ -58,12 +58,11 @@ def paint(gbuffer: GBuffer, discs: Discs, base_color: F32) -> I32:
     """
     landmark = np.full(gbuffer.surface.shape, NOTHING, dtype=np.int32)
     if len(discs.id):
-        row_step, column_step = _floor_steps(gbuffer)
         _paint(
             discs.floor[gbuffer.surface],
             gbuffer.position,
-            row_step,
-            column_step,
+            gbuffer.view.directions,
+            float(gbuffer.view.origin[2]),
             discs.centre,
             discs.radius,
             discs.colour,
@@ -74,22 +73,25 @@ def paint(gbuffer: GBuffer, discs: Discs, base_color: F32) -> I32:
     return landmark
 
 
-def _floor_steps(gbuffer: GBuffer) -> tuple[F32, F32]:
-    """How far on the floor one pixel down and one pixel right is, (H, W, 2) metres each."""
-    origin, rays = gbuffer.view.origin, gbuffer.view.directions
-    down = np.minimum(rays[..., 2:3], -1e-3)  # rays that miss the floor are not painted
-    on_floor = origin[:2] - origin[2] * rays[..., :2] / down
-    row_step = np.gradient(on_floor, axis=0).astype(np.float32)
-    column_step = np.gradient(on_floor, axis=1).astype(np.float32)
-    return row_step, column_step
+@njit(cache=True)
+def _floor_step(rays: F32, height: float, r: int, c: int, down: int, right: int) -> tuple[float, float]:
+    """How far on the floor one pixel down, or right, is, metres: half of two pixels, but at the border."""
+    r0, r1 = max(r - down, 0), min(r + down, rays.shape[0] - 1)
+    c0, c1 = max(c - right, 0), min(c + right, rays.shape[1] - 1)
+    # rays that miss the floor are not painted
+    a, b = height / min(rays[r0, c0, 2], -1e-3), height / min(rays[r1, c1, 2], -1e-3)
+    pixels = max(r1 - r0 + c1 - c0, 1)
+    return (a * rays[r0, c0, 0] - b * rays[r1, c1, 0]) / pixels, (
+        a * rays[r0, c0, 1] - b * rays[r1, c1, 1]
+    ) / pixels
 
 
 @njit(cache=True)
 def _paint(
     on_floor: NDArray[np.bool_],
     position: F32,
-    row_step: F32,
-    column_step: F32,
+    rays: F32,
+    eye_height: float,
     centre: F32,
     radius: F32,
     colour: F32,
@@ -99,14 +101,17 @@ def _paint(
 ) -> None:
     height, width = on_floor.shape
     near, reach = np.empty(len(id), dtype=np.int64), np.empty(width, dtype=np.float32)
+    row_step = np.empty((width, 2), dtype=np.float32)
+    column_step = np.empty((width, 2), dtype=np.float32)
     for r in range(height):
         west = south = np.inf
         east = north = -np.inf
         for c in range(width):  # the part of the floor that this row shows
             if on_floor[r, c]:
+                row_step[c] = _floor_step(rays, eye_height, r, c, 1, 0)
+                column_step[c] = _floor_step(rays, eye_height, r, c, 0, 1)
                 reach[c] = 0.5 * (
-                    np.hypot(row_step[r, c, 0], row_step[r, c, 1])
-                    + np.hypot(column_step[r, c, 0], column_step[r, c, 1])
+                    np.hypot(row_step[c, 0], row_step[c, 1]) + np.hypot(column_step[c, 0], column_step[c, 1])
                 )
                 west, east = min(west, position[r, c, 0] - reach[c]), max(east, position[r, c, 0] + reach[c])
                 south, north = (
@@ -133,8 +138,8 @@ def _paint(
                     a = (i + 0.5) / SUBSAMPLES - 0.5
                     for j in range(SUBSAMPLES):
                         b = (j + 0.5) / SUBSAMPLES - 0.5
-                        px = dx + a * row_step[r, c, 0] + b * column_step[r, c, 0]
-                        py = dy + a * row_step[r, c, 1] + b * column_step[r, c, 1]
+                        px = dx + a * row_step[c, 0] + b * column_step[c, 0]
+                        py = dy + a * row_step[c, 1] + b * column_step[c, 1]
                         covered += px * px + py * py <= radius[k] * radius[k]
                 share = covered / (SUBSAMPLES * SUBSAMPLES)
                 for channel in range(3):

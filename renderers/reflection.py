@@ -13,7 +13,6 @@ from functools import cache, lru_cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I32, I64
 from renderers.lights import OFFSET_M, tangents
@@ -50,6 +49,8 @@ class Reflection:
         What they meet, `NOTHING` for the sky.
     barycentric : (rays, 2) float32
         Where in it: weights of its second and third vertex.
+    mirrors : (H·W,) bool
+        Whether a pixel is one of ``glossy``.
     """
 
     def __init__(
@@ -64,9 +65,8 @@ class Reflection:
     ) -> None:
         self._mesh, self._surfaces, self._horizon_z, self._threads = mesh, surfaces, horizon_z, threads
         self._eye, self._factor = eye, factor
-        self.glossy = np.flatnonzero((surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING))
-        self._mirrors = np.zeros(len(surfaces.surface), dtype=np.bool_)
-        self._mirrors[self.glossy] = True
+        self.mirrors = (surfaces.roughness <= MIRROR_ROUGHNESS) & (surfaces.surface != NOTHING)
+        self.glossy = np.flatnonzero(self.mirrors)
         blurry, curved = surfaces.roughness[self.glossy] > SHARP_ROUGHNESS, surfaces.curved[self.glossy]
         self._curved, self._flat = self.glossy[blurry & curved], self.glossy[blurry & ~curved]
         first = interleaved(surfaces.shape)
@@ -101,7 +101,7 @@ class Reflection:
         ends = self._rays[part], self.triangle[part], self._distance[part]
         _arrive(*ends, self._mesh.normals, self.points[part], self.normals[part])
 
-    def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32) -> F32:
+    def bring(self, baked: F32, albedo: F32, which: I32, sky: F32, sunlit: F32, sunny: I32) -> F32:
         """Mean luminance in the lobe of each glossy pixel, (H·W, 3 L) float32 cd/m²; no other rows are set.
 
         On a curved surface the mean over the pixel's 16 rays, on a flat one over its neighbours' rays.
@@ -116,8 +116,10 @@ class Reflection:
             Which of them each ray meets; of the sky's, any.
         sky : (L,) float32
             The sky's luminance in each layer.
-        sunlit : (L, rays) float32
-            Lux of the layer's sun where the rays end, not in ``baked``.
+        sunlit : (s, rays) float32
+            Lux of each sun where the rays end, not in ``baked``.
+        sunny : (s,) int32
+            The layers they belong to.
         """
         count, layers = len(self.glossy), baked.shape[1]
         light = np.empty((len(self._first_weight), layers), dtype=np.float32)
@@ -126,7 +128,7 @@ class Reflection:
         def bring(part: slice, rows: I64, into: F32) -> None:
             ends = rows, self._rays[part], self.triangle[part], self.barycentric[part]
             met = baked, albedo, which[part]
-            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, into)
+            _bring(part.start, *ends, self._horizon_z, self._mesh.triangles, *met, sky, sunlit, sunny, into)
 
         def first(part: slice) -> None:
             bring(part, self.glossy[part], light)
@@ -140,20 +142,6 @@ class Reflection:
             _fold(light, more, self._curved, self._first_weight, self._weight[count:])
         self._average(light)
         return light
-
-    def gather(self, light: F32, part: slice, irradiance: F32) -> F32:
-        """Mean luminance in the lobes of a slice of pixels, (m, 3 L) float32 cd/m².
-
-        A rough surface gathers the mean of its hemisphere, E / π; a glossy one what its rays bring.
-
-        Parameters
-        ----------
-        light : (H·W, 3 L) float32
-            Of `bring`.
-        irradiance : (m, 3 L) float32
-            On the slice's pixels, lux.
-        """
-        return _gather(part.start, light, irradiance, self._mirrors)
 
     def _average(self, light: F32) -> None:
         """Turn single rays into the mean over the lobe, where one is neither sharp nor curved."""
@@ -275,6 +263,7 @@ def _bring(
     which: I32,
     sky: F32,
     sunlit: F32,
+    sunny: I32,
     light: F32,
 ) -> None:
     """What `Reflection.bring` says, for the rays from number ``start`` on."""
@@ -289,24 +278,13 @@ def _bring(
         a, b, c = baked[triangles[t, 0]], baked[triangles[t, 1]], baked[triangles[t, 2]]
         for j in range(len(row)):
             row[j] = u * a[j] + v * b[j] + w * c[j]
-        for layer in range(len(sky)):
-            for channel in range(3):
-                j = 3 * layer + channel
-                lux = row[j] + sunlit[layer, start + k]
-                row[j] = albedo[which[k], channel] * lux * np.float32(1 / np.pi)
-
-
-@njit(cache=True, nogil=True)
-def _gather(start: int, light: F32, irradiance: F32, mirrors: NDArray[np.bool_]) -> F32:
-    """What `Reflection.gather` says."""
-    mean = np.empty_like(irradiance)
-    for m in range(len(mean)):
-        if mirrors[start + m]:
-            mean[m] = light[start + m]
-        else:
-            for j in range(mean.shape[1]):
-                mean[m, j] = irradiance[m, j] * np.float32(1 / np.pi)
-    return mean
+        for s in range(len(sunny)):
+            for j in range(3 * sunny[s], 3 * sunny[s] + 3):
+                row[j] += sunlit[s, start + k]
+        for channel in range(3):
+            per_lux = albedo[which[k], channel] * np.float32(1 / np.pi)
+            for j in range(channel, len(row), 3):
+                row[j] *= per_lux
 
 
 @njit(cache=True, nogil=True)

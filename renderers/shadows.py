@@ -89,21 +89,18 @@ def visible_shares(
     for light, unshadowed in zip(lights, lux, strict=True):
         facing = np.flatnonzero(unshadowed)
 
-        def blocked_at(which: I64, light: DirectLight = light) -> NDArray[np.bool_]:
-            return _blocked(light, points, normals, which, number[which], caster, threads)
+        def one_each(which: I64, light: DirectLight = light) -> F32:
+            return _free(light, points, normals, which, number[which], 1, caster, threads)
 
-        blocked = _sparsely(facing, shape, blocked_at) if sparse else blocked_at(facing)
+        free = _sparsely(facing, shape, one_each) if sparse else one_each(facing)
         share = np.zeros(len(points), dtype=np.float32)
-        _note(facing, blocked, unshadowed, share, arrived)
+        _note(facing, free, unshadowed, share, arrived)
         shares.append(share)
     for light, unshadowed, share in zip(lights, lux, shares, strict=True):
         if not share.any():
             continue
         mixed = _penumbra(share, unshadowed, arrived, shape, FAINT_OF_SPARSE if sparse else FAINT)
-        others = (number[mixed, None] + np.arange(1, POINTS)) % POINTS
-        which = np.repeat(mixed, POINTS - 1)
-        blocked = _blocked(light, points, normals, which, others.reshape(-1), caster, threads)
-        free = POINTS - 1 - blocked.reshape(-1, POINTS - 1).sum(axis=1)
+        free = _free(light, points, normals, mixed, (number[mixed] + 1) % POINTS, POINTS - 1, caster, threads)
         share[mixed] = (share[mixed] + free) / POINTS
     return shares
 
@@ -112,51 +109,48 @@ def lit_share(
     light: DirectLight,
     points: F32,
     normals: F32,
+    which: I64,
     caster: RayCaster,
     rays: int = 1,
     threads: Threads = ALONE,
 ) -> F32:
-    """As `visible_shares`, for points that are no picture: ``rays`` each, going round the disc."""
-    number = np.arange(len(points) * rays) % POINTS
-    which = np.repeat(np.arange(len(points)), rays)
-    free = ~_blocked(light, points, normals, which, number, caster, threads)
-    return free.reshape(-1, rays).mean(axis=1, dtype=np.float32)
+    """As `visible_shares`, for the points ``which`` of no picture: ``rays`` each, going round the disc."""
+    first = np.arange(0, len(which) * rays, rays) % POINTS
+    return _free(light, points, normals, which, first, rays, caster, threads) / np.float32(rays)
 
 
-def _blocked(
+def _free(
     light: DirectLight,
     points: F32,
     normals: F32,
     which: I64,
-    number: I64,
+    first: I64,
+    count: int,
     caster: RayCaster,
     threads: Threads,
-) -> NDArray[np.bool_]:
-    """Whether the ray from each point ``which`` to a numbered point of the disc meets anything."""
-    rays, disc = np.empty((len(which), 6), dtype=np.float32), disc_points()
+) -> F32:
+    """(m,) float32: how many of ``count`` rays from each point ``which`` to the disc meet nothing."""
+    rays, disc = np.empty((len(which), count, 6), dtype=np.float32), disc_points()
 
     def aim(part: slice) -> None:
-        rays[part] = light.shadow_rays(points, normals, which[part], disc, number[part])
+        light.shadow_rays(points, normals, which[part], disc, first[part], rays[part])
 
     threads.over(len(which), aim)
-    return caster.any_hit(rays, light.far)
+    return _count(caster.any_hit(rays, light.far))
 
 
-def _sparsely(
-    facing: I64, shape: tuple[int, int], blocked_at: Callable[[I64], NDArray[np.bool_]]
-) -> NDArray[np.bool_]:
-    """Which of the facing pixels are blocked, by one ray a block and by all where neighbours differ."""
+def _sparsely(facing: I64, shape: tuple[int, int], free_at: Callable[[I64], F32]) -> F32:
+    """(m,) float32: whether the facing pixels' rays are free, by one a block, all where neighbours differ."""
     rows, columns = (-(-side // BLOCK_PX) for side in shape)
     first = _first_of_blocks(facing, shape[1], rows, columns)
     with_any = np.flatnonzero(first != NOTHING)
-    probed = blocked_at(first[with_any])
     marks = np.zeros((rows * columns, 2), dtype=np.uint8)
-    marks[with_any, probed.astype(np.intp)] = 1
+    marks[with_any, (free_at(first[with_any]) > 0).astype(np.intp)] = 1
     wide = cv2.dilate(marks.reshape(rows, columns, 2), np.ones((3, 3), np.uint8))
     near = np.asarray(wide, dtype=np.uint8).reshape(-1, 2)
-    blocked, differ = _as_their_block(facing, shape[1], columns, marks, near)
-    blocked[differ] = blocked_at(facing[differ])
-    return blocked
+    free, differ = _as_their_block(facing, shape[1], columns, marks, near)
+    free[differ] = free_at(facing[differ])
+    return free
 
 
 @njit(cache=True, nogil=True)
@@ -173,17 +167,17 @@ def _first_of_blocks(facing: I64, width: int, rows: int, columns: int) -> I64:
 @njit(cache=True, nogil=True)
 def _as_their_block(
     facing: I64, width: int, columns: int, marks: NDArray[np.uint8], near: NDArray[np.uint8]
-) -> tuple[NDArray[np.bool_], I64]:
-    """Whether the ray of each pixel's block was blocked, and the pixels for which that is not enough."""
-    blocked, differ = np.empty(len(facing), dtype=np.bool_), np.empty(len(facing), dtype=np.int64)
+) -> tuple[F32, I64]:
+    """Whether the ray of each pixel's block was free, and the pixels for which that is not enough."""
+    free, differ = np.empty(len(facing), dtype=np.float32), np.empty(len(facing), dtype=np.int64)
     count = 0
     for k in range(len(facing)):
         block = (facing[k] // width) // BLOCK_PX * columns + (facing[k] % width) // BLOCK_PX
-        blocked[k] = marks[block, 1] > 0
+        free[k] = marks[block, 1]
         if near[block, 0] > 0 and near[block, 1] > 0:
             differ[count] = k
             count += 1
-    return blocked, differ[:count]
+    return free, differ[:count]
 
 
 def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int], faint: float) -> I64:
@@ -195,10 +189,20 @@ def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int], faint:
 
 
 @njit(cache=True, nogil=True)
-def _note(facing: I64, blocked: NDArray[np.bool_], lux: F32, share: F32, arrived: F32) -> None:
+def _count(blocked: NDArray[np.bool_]) -> F32:
+    """How many rays of each row are not."""
+    free = np.zeros(len(blocked), dtype=np.float32)
+    for k in range(len(blocked)):
+        for m in range(blocked.shape[1]):
+            free[k] += not blocked[k, m]
+    return free
+
+
+@njit(cache=True, nogil=True)
+def _note(facing: I64, free: F32, lux: F32, share: F32, arrived: F32) -> None:
     """Write down the first rays, and add what they bring."""
     for k in range(len(facing)):
-        if not blocked[k]:
+        if free[k]:
             i = facing[k]
             share[i] = 1.0
             arrived[i] += lux[i]

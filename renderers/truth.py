@@ -74,7 +74,7 @@ def record(
     threshold : float
         τ, the least difference in grey levels of 255 that counts as highlight.
     exposure : Exposure, optional
-        Settings of a bracket (`renderers.metering.bracket`); the sensor's own metering without them.
+        Settings of a bracket (`renderers.metering.shifted`); the sensor's own metering without them.
     """
     luminance = diffuse + specular
     exposure = exposure or meter(sensor, luminance, white)

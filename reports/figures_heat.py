@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from reports import style
 from reports.comparison import Comparison
-from reports.illuminations import COLUMNS, STEADY, illuminations, quantity
+from reports.illuminations import COLUMNS, STEADY, illuminations, quantity, stops
 from reports.run import BASELINE, Run
 from reports.wording import MISSING, number
 
@@ -138,7 +138,7 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
 
     lights = illuminations(run)
     days = list(dict.fromkeys(light.daylight for light in lights))
-    bulbs = list(dict.fromkeys(light.lamplight for light in lights))
+    columns = list(dict.fromkeys(light.column for light in lights))
     finite = data[metric.column][np.isfinite(data[metric.column])]
     norm = Normalize(0.0, metric.top or float(finite.max()) or 1.0)
     colours = colormaps["cividis" if metric.higher_is_better else "cividis_r"]
@@ -147,15 +147,15 @@ def _figure(run: Run, data: DataFrame, metric: HeatMetric) -> Figure:
     down = math.ceil(len(names) / across)
     figure = style.new_figure(9.6 if len(names) > 1 else 4.2, down * (0.75 + 0.34 * len(days)) + 0.35)
     axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
-    slope = 30.0 if any(state != STEADY for _, state in bulbs) else 0.0
+    slope = 30.0 if any(state != STEADY or ev for _, state, ev in columns) else 0.0
     for panel, name in zip(axes, names, strict=False):
         measured = data[data["filter"] == name].set_index("illumination")[metric.column]
-        values = np.full((len(days), len(bulbs)), np.nan)
+        values = np.full((len(days), len(columns)), np.nan)
         for light in lights:
-            values[days.index(light.daylight), bulbs.index(light.lamplight)] = measured[light.name]
+            values[days.index(light.daylight), columns.index(light.column)] = measured[light.name]
         _panel(panel, values, metric, norm, colours)
         panel.set_title("" if metric.of_light else style.filter_label(name))
-        panel.set_xticks(np.arange(len(bulbs)) + 0.5, [_lamps(*b) for b in bulbs], rotation=slope)
+        panel.set_xticks(np.arange(len(columns)) + 0.5, [_column(*c) for c in columns], rotation=slope)
         panel.set_yticks(np.arange(len(days)) + 0.5, [_day(*d) for d in days])
     for panel in axes[len(names) :]:
         panel.set_axis_off()
@@ -171,8 +171,9 @@ def _day(time: str, sun_lux: float) -> str:
     return f"{time}, {quantity(sun_lux, 'lx')}" if time else quantity(sun_lux, "lx")
 
 
-def _lamps(bulb_lm: float, state: str) -> str:
-    return quantity(bulb_lm, "lm") if state == STEADY else f"{quantity(bulb_lm, 'lm')}, {state}"
+def _column(bulb_lm: float, state: str, ev: float) -> str:
+    parts = [quantity(bulb_lm, "lm"), state if state != STEADY else "", stops(ev) if ev else ""]
+    return ", ".join(filter(None, parts))
 
 
 def _panel(panel: Axes, values: FloatArray, metric: HeatMetric, norm: Normalize, colours: Colormap) -> None:

@@ -11,7 +11,7 @@ from reports.run import Run, records
 STEADY = "all"
 """What a run stores where all lamps burn steadily."""
 
-COLUMNS = ("time", "sun_lux", "bulb_lm", "lamps", "illumination")
+COLUMNS = ("time", "sun_lux", "bulb_lm", "lamps", "exposure_ev", "illumination")
 
 
 @dataclass(frozen=True, order=True)
@@ -26,6 +26,8 @@ class Illumination:
         Sun (facing it) in lux, each bulb in lumen.
     lamps : str
         Name of the lamps' state.
+    exposure_ev : float
+        Stops that its pictures are exposed more than metered.
     name : str
         As stored.
     """
@@ -34,14 +36,18 @@ class Illumination:
     sun_lux: float
     bulb_lm: float
     lamps: str
+    exposure_ev: float
     name: str
 
     @property
     def label(self) -> str:
-        """For a person: "09:00, sun 68 klx, bulbs 800 lm, lamps broken"; without what is as usual."""
+        """For a person: "09:00, sun 68 klx, bulbs 800 lm, lamps broken, −2 EV"; without what is as usual."""
         time = f"{self.time}, " if self.time else ""
         lamps = "" if self.lamps == STEADY else f", lamps {self.lamps}"
-        return f"{time}sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}{lamps}"
+        exposure = f", {stops(self.exposure_ev)}" if self.exposure_ev else ""
+        return (
+            f"{time}sun {quantity(self.sun_lux, 'lx')}, bulbs {quantity(self.bulb_lm, 'lm')}{lamps}{exposure}"
+        )
 
     @property
     def daylight(self) -> tuple[str, float]:
@@ -49,9 +55,9 @@ class Illumination:
         return self.time, self.sun_lux
 
     @property
-    def lamplight(self) -> tuple[float, str]:
-        """Its column in a heat map."""
-        return self.bulb_lm, self.lamps
+    def column(self) -> tuple[float, str, float]:
+        """Its column in a heat map: lamps and exposure."""
+        return self.bulb_lm, self.lamps, self.exposure_ev
 
     @staticmethod
     def of(row: Mapping[str, Any]) -> Illumination:
@@ -61,6 +67,7 @@ class Illumination:
             float(row["sun_lux"]),
             float(row["bulb_lm"]),
             str(row["lamps"]),
+            float(row["exposure_ev"]),
             str(row["illumination"]),
         )
 
@@ -75,6 +82,11 @@ def weakest_and_strongest(run: Run) -> tuple[Illumination, ...]:
     """The two conditions with the least and the most light, sun before bulbs; one where there is only one."""
     by_light = sorted(illuminations(run), key=lambda light: (light.sun_lux, light.bulb_lm, light.name))
     return tuple(dict.fromkeys((by_light[0], by_light[-1])))
+
+
+def stops(ev: float) -> str:
+    """An exposure against what is metered: "+2 EV", "−0.5 EV", "0 EV"."""
+    return f"{ev:+.3g} EV".replace("-", "−") if ev else "0 EV"
 
 
 def quantity(value: float, unit: str) -> str:

@@ -31,7 +31,7 @@ CONTEXT: dict[str, Any] = {
 _TYPES = {
     **dict.fromkeys(("sequence", "split", "scene", "illumination"), "sc:Text"),
     "frame": "sc:Integer",
-    **dict.fromkeys(("stamp_s", "x_m", "y_m", "heading_rad", "exposure_s"), "sc:Float"),
+    **dict.fromkeys(("stamp_s", "x_m", "y_m", "heading_rad", "exposure_ev", "exposure_s"), "sc:Float"),
     **dict.fromkeys(
         ("gain_db", "white_r", "white_g", "white_b", "highlight_share", "saturated_share"), "sc:Float"
     ),
@@ -52,7 +52,8 @@ def croissant(request: Request, closing: Iterable[StoredFile]) -> dict[str, Any]
     scenes = ", ".join(dict.fromkeys(place.study.scene.name for place in request.places))
     description = (
         f"{request.pictures} rendered pictures of {scenes}, each place under {len(request.places[0].lights)} "
-        "illuminations, with the exact diffuse and specular light, masks of highlights, depth and poses."
+        "conditions of light and exposure, with the exact diffuse and specular light, masks of highlights, "
+        "depth and poses."
     )
     columns = {**_TYPES, **dict.fromkeys(request.layouts, "sc:Text")}
     splits = list(dict.fromkeys(place.split for place in request.places))

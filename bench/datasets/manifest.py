@@ -29,7 +29,16 @@ from bench.sequences.rendered import RenderedSequence, SequenceSetup
 FORMAT = "glarebench data set 1"
 COLUMNS = (
     *("sequence", "split", "scene", "illumination", "frame", "stamp_s", "x_m", "y_m", "heading_rad"),
-    *("exposure_s", "gain_db", "white_r", "white_g", "white_b", "highlight_share", "saturated_share"),
+    *(
+        "exposure_ev",
+        "exposure_s",
+        "gain_db",
+        "white_r",
+        "white_g",
+        "white_b",
+        "highlight_share",
+        "saturated_share",
+    ),
 )
 """Of ``frames.csv``; one more per layout, with the path of its picture."""
 
@@ -75,8 +84,8 @@ def _table(request: Request, journal: Journal) -> Iterator[str]:
         place = sequence.place
         labels = [sequence.name, place.split, place.study.scene.name, sequence.illumination.name]
         for row in journal.rows(sequence.name):
-            numbers = [row.stamp_s, *row.pose, row.exposure_s, row.gain_db, *row.white_balance]
-            numbers += [row.highlight_share, row.saturated_share]
+            numbers = [row.stamp_s, *row.pose, sequence.illumination.exposure_ev, row.exposure_s]
+            numbers += [row.gain_db, *row.white_balance, row.highlight_share, row.saturated_share]
             paths = [row.layouts[layout].files[0].path for layout in request.layouts]
             yield ",".join([*labels, str(row.frame), *map(repr, numbers), *paths]) + "\n"
 

@@ -17,7 +17,7 @@ from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
 from bench.study_model import Illumination, OdometryNoise, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.irradiance import FULL_QUALITY, BakeQuality
-from renderers.metering import Exposure, meter
+from renderers.metering import Exposure, meter, shifted
 from renderers.motion_blur import image_velocity, motion_blurred
 from renderers.optics import Optics, basis_through_lens
 from renderers.sensor import Sensor
@@ -138,7 +138,8 @@ class RenderedSequence:
         intensity = self._lighting.intensity(illumination, seconds)
         diffuse, specular = relight(basis, intensity, colours)
         white = mean_white(basis, intensity, colours)
-        return diffuse, specular, white, meter(self.sensor, diffuse + specular, white)
+        metered = meter(self.sensor, diffuse + specular, white)
+        return diffuse, specular, white, shifted(self.sensor, metered, illumination.exposure_ev)
 
     def _exposed(
         self, basis: LightBasis, illumination: Illumination, frame: int

@@ -131,10 +131,16 @@ def test_what_the_user_can_mend_is_one_line(capsys, tmp_path, monkeypatch, argum
         ("illuminations: {bulb_lm: []}", "bulb_lm: should hold at least one entry, not []"),
         (
             "illuminations: {lamps: [{name: x, illuminant: FL22}]}",
-            "unknown illuminant 'FL22'; did you mean FL2,",
+            "mine.yaml: illuminations.lamps.0.illuminant: unknown illuminant 'FL22'; did you mean FL2,",
         ),
-        ("illuminations: {sun_illuminant: D66}", "unknown illuminant 'D66'; did you mean D65"),
-        ("scene: {lamps: {illuminant: 100K}}", "colour temperature 100 K: must lie in 1667…25000 K"),
+        (
+            "illuminations: {sun_illuminant: D66}",
+            "mine.yaml: illuminations.sun_illuminant: unknown illuminant 'D66'; did you mean D65",
+        ),
+        (
+            "scene: {lamps: {illuminant: 100K}}",
+            "mine.yaml: scene.lamps.illuminant: colour temperature 100 K: must lie",
+        ),
         ("scene: {lamps: {ies: bad.ies}}", "bad.ies, line 5: 'ninety' is not a number (vertical angles)"),
         ("scene: {lamps: {ies: nowhere.ies}}", "nowhere.ies: cannot be read (No such file or directory)"),
         ("scene: {lamps: {spot: {inner_deg: 40, outer_deg: 20}}}", "spot: needs 0 ≤ inner < outer ≤ 180"),

@@ -78,7 +78,7 @@ def test_a_wheel_carries_studies_shaders_and_templates(tmp_path):
         [sys.executable, "-m", "zipfile", "-l", wheel], capture_output=True, text=True, check=True
     )
     packed = {line.split()[0] for line in listing.stdout.splitlines()[1:]}
-    kinds = ("*.py", "*.yaml", "*.vert", "*.frag", "*.glsl", "*.j2", "*.css", "*.html")
+    kinds = ("*.py", "*.yaml", "*.json", "*.onnx", "*.vert", "*.frag", "*.glsl", "*.j2", "*.css", "*.html")
     rooms = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
     tracked = subprocess.run(
         ["git", "ls-files", "--", *rooms], cwd=ROOT, capture_output=True, text=True, check=False

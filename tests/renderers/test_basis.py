@@ -8,7 +8,7 @@ import pytest
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Fisheye, Mount, Pinhole
 from renderers.errors import RendererError
-from renderers.irradiance import BakeQuality
+from renderers.irradiance import DIRECT_ONLY, BakeQuality
 from renderers.lights import HORIZON_Z
 from renderers.lobe_albedo import albedo_table, directional_albedo
 from renderers.raycast import RaycastEngine
@@ -143,7 +143,8 @@ def test_mirror_image_stands_where_the_wall_is(renderer_of, scene_of, floor):
 def test_lamp_and_sky_seen_directly(renderer_of, scene_of, floor):
     lamp = Bulb((1.0, 0.0, 1.0), 1.0, radius=0.1)
     camera = Pinhole(41, 41, 60.0)
-    picture = renderer_of(scene_of(floor(), bulbs=[lamp]), camera, Mount(1.0, 0.0, 0.0)).render(np.zeros(3))
+    scene, eye = scene_of(floor(), bulbs=[lamp]), Mount(1.0, 0.0, 0.0)  # no floor light on the globe
+    picture = renderer_of(scene, camera, eye, quality=DIRECT_ONLY).render(np.zeros(3))
     bulbs = layer(picture, "bulbs")[0]
     # I / (π r²) with 1/4π cd; the disc of radius 0.1 at 1 m
     np.testing.assert_allclose(bulbs[20, 20], 1 / (4 * np.pi) / (np.pi * 0.1**2), rtol=1e-5)

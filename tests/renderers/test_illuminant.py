@@ -28,7 +28,13 @@ def test_d65_is_white():
 
 # CIE 15:2018, 1931 observer
 @pytest.mark.parametrize(
-    ("name", "xy"), [("D55", (0.3324, 0.3474)), ("D75", (0.2990, 0.3149)), ("LED-B3", (0.3756, 0.3723))]
+    ("name", "xy"),
+    [
+        ("A", (0.44758, 0.40745)),
+        ("D55", (0.3324, 0.3474)),
+        ("D75", (0.2990, 0.3149)),
+        ("LED-B3", (0.3756, 0.3723)),
+    ],
 )
 def test_chromaticity(name, xy):
     np.testing.assert_allclose(xy_of(linear_srgb(name)), xy, atol=1e-3)
@@ -40,6 +46,22 @@ def test_lux_stay_lux(name):
     assert rgb.shape == (3,) and rgb.dtype == np.float64
     assert rgb @ LUMINANCE == pytest.approx(1.0, abs=1e-9)
     assert (rgb >= 0).all()
+
+
+def test_illuminant_a_has_2856_kelvin():
+    """Its correlated colour temperature by McCamy's formula (1992), from the light that pictures get."""
+    x, y = xy_of(linear_srgb("A"))
+    n = (x - 0.3320) / (y - 0.1858)
+    assert -449 * n**3 + 3525 * n**2 - 6823.3 * n + 5520.33 == pytest.approx(2856, abs=5)
+
+
+def test_every_name_has_a_colour_in_colour_science():
+    """And no illuminant of CIE 15 that it knows is missing; the others are film's and television's."""
+    import colour
+
+    theirs = set(colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"])
+    assert set(illuminant.CIE) <= theirs
+    assert not [name for name in theirs - set(illuminant.CIE) if name[:2] in ("D5", "FL", "HP", "LE", "ID")]
 
 
 def test_incandescent_light_is_warm_and_the_north_sky_cold():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from renderers.camera import Mount, Pinhole, T_world_robot
+from renderers.irradiance import DIRECT_ONLY
 from renderers.lights import SUN_RADIUS, BulbLight, SunLight
 from renderers.lobe_albedo import albedo_table, directional_albedo
 from renderers.mesh import RayCaster
@@ -34,7 +35,7 @@ def share_on_floor(light, height, x):
     points = np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=-1).astype(np.float32)
     normals = np.tile(np.float32([0, 0, 1]), (len(x), 1))
     caster = RayCaster(vertices.astype(np.float32), triangles, threads=1)
-    return lit_share(light, points, normals, caster, POINTS)
+    return lit_share(light, points, normals, np.arange(len(points)), caster, POINTS)
 
 
 def test_bulbs_penumbra_is_as_wide_as_similar_triangles_say():
@@ -157,7 +158,7 @@ def test_large_lamp_far_away_is_a_point(renderer_of, scene_of, floor):
         )
         for r in (0.001, 0.2)
     )
-    np.testing.assert_allclose(one.diffuse[2], other.diffuse[2], rtol=1e-5)
+    np.testing.assert_allclose(one.diffuse[2], other.diffuse[2], rtol=1e-4)  # the larger globe reflects more
     np.testing.assert_allclose(one.specular[2], other.specular[2], rtol=0.01)
 
 
@@ -185,9 +186,8 @@ def test_web_is_turned_about_the_lamps_axis(renderer_of, scene_of, downwards, fl
     )
     lamp = Bulb((0.0, 0.0, 2.0), lumen=1.0, radius=0.01, photometry=web)
     camera = Pinhole(81, 81, 60.0)
-    picture = (
-        renderer_of(scene_of(floor(4.0), bulbs=[lamp]), camera, downwards).render(np.zeros(3)).diffuse[2]
-    )
+    view = renderer_of(scene_of(floor(4.0), bulbs=[lamp]), camera, downwards, quality=DIRECT_ONLY)
+    picture = view.render(np.zeros(3)).diffuse[2]
     x = on_floor(camera, downwards.T_robot_camera)[..., 0]
     assert (picture[x > 0.05] > 0).all() and not picture[x < -0.05].any()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from renderers import lobe_average
 from renderers.camera import Mount, Pinhole
 from renderers.irradiance import DIRECT_ONLY
 from renderers.lobe_average import _widen
@@ -29,6 +30,15 @@ def mirrored_window(renderer_of, scene_of, floor, roughness, supersampling):
     view = renderer_of(scene, CAMERA, EYE, quality=DIRECT_ONLY, supersampling=supersampling)
     basis = view.render(np.zeros(3))
     return np.where(basis.surface == 0, basis.specular[basis.layers.index("sky")][..., 1], 0)
+
+
+def test_beside_the_sky_the_box_is_as_narrow_as_can_be():
+    """Whatever the memory held: the size is an index, and a wild one reads anywhere."""
+    box, up = np.full((1, 2), 2**30, dtype=np.int32), np.float32([[0, 0, 1]] * 4)
+    to_eye = np.float32([[0, 0.6, 0.8], [0, 0, 0], [0, 0, 0], [0, 0, 0]])  # 2 × 2 pixels, three of the sky
+    one, behind = np.ones(4, dtype=np.float32), np.ones((4, 2), dtype=np.float32)
+    lobe_average._widen(np.array([0]), up, to_eye, 0.3 * one, (2, 2), behind, box)
+    assert box.tolist() == [[0, 0]]
 
 
 @pytest.mark.parametrize(("roughness", "most"), [(0.15, 0.024), (0.22, 0.030)])

@@ -12,7 +12,7 @@ from scipy import stats
 
 from renderers.develop import develop
 from renderers.errors import RendererError
-from renderers.metering import Exposure, bracket, meter
+from renderers.metering import Exposure, meter, shifted
 from renderers.sensor import Sensor, digitise, expose, mean_electrons, preset
 from renderers.sensor_presets import PRESETS
 from renderers.shot_noise import _bend, count_electrons
@@ -319,12 +319,17 @@ class TestMeter:
     def test_bracket_is_in_stops_of_two(self):
         sensor = Sensor()
         metered = meter(sensor, flat(500.0), WHITE)
-        times = [e.seconds / metered.seconds for e in bracket(sensor, flat(500.0), WHITE, (-2, 0, 1, 20))]
+        times = [shifted(sensor, metered, ev).seconds / metered.seconds for ev in (-2, 0, 1, 20)]
         np.testing.assert_allclose(times, [0.25, 1.0, 2.0, sensor.max_exposure_s / metered.seconds])
 
     def test_bracket_by_no_number(self):
         with pytest.raises(RendererError, match="stops"):
-            bracket(Sensor(), flat(500.0), WHITE, (0.0, float("nan")))
+            shifted(Sensor(), Exposure(0.01, WHITE), float("nan"))
+
+    def test_bracket_about_a_time_set_beyond_the_meters_limits(self):
+        sensor = Sensor(exposure_s=2.0, max_exposure_s=0.1)
+        metered = meter(sensor, flat(500.0), WHITE)
+        assert [shifted(sensor, metered, ev).seconds for ev in (-1, 0, 1)] == [1.0, 2.0, 2.0]
 
     def test_fixed_exposure_is_kept(self):
         assert meter(Sensor(exposure_s=0.003), flat(1e6), WHITE).seconds == 0.003

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from renderers.colour_filter_array import behind_filters
 from renderers.develop import develop
 from renderers.errors import RendererError
-from renderers.metering import Exposure, bracket, meter
+from renderers.metering import Exposure, meter, shifted
 from renderers.sensor import Sensor, digitise, expose, mean_electrons, preset
 from renderers.truth import record
 
@@ -88,7 +88,8 @@ class TestAutomaticExposure:
 
     def test_bracket_has_one_gain(self):
         sensor = Sensor(max_gain_db=18.0)
-        assert {e.gain_db for e in bracket(sensor, flat(0.01), WHITE, (-2, 0))} == {18.0}
+        metered = meter(sensor, flat(0.01), WHITE)
+        assert {shifted(sensor, metered, ev).gain_db for ev in (-2, 0)} == {18.0}
 
 
 def test_quarter_of_the_light_at_four_times_the_gain_is_the_same_picture_but_for_noise():

@@ -165,7 +165,8 @@ def test_ambient_light_is_split_by_the_lobes_albedo():
     lux = np.float32([[np.pi, np.pi, np.pi, 1, 2, 3]])  # of two layers
     mirrored = np.float32([[2, 2, 2, 6, 5, 4]])
     diffuse, shine = np.full((2, 2, 1, 3), 9, np.float32)
-    shade_ambient(up, up, lux, mirrored, albedo_table(), colour, 0.3 * one, 0 * one, one, diffuse, shine)
+    material = colour, 0.3 * one, 0 * one, one
+    shade_ambient(up, up, lux, mirrored, one > 0, albedo_table(), *material, diffuse, shine)
     scale, bias = directional_albedo(albedo_table(), 1.0, 0.3)
     layer = 0.04 * scale + bias
     expected = 0.5 * (1 - layer) * np.array([[1, 1, 1], [1 / np.pi, 2 / np.pi, 3 / np.pi]])

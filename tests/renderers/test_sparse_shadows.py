@@ -11,13 +11,13 @@ def asked(mask: np.ndarray, facing: np.ndarray) -> tuple[np.ndarray, int]:
     """What is found, as a picture, and how many rays it took."""
     rays = 0
 
-    def blocked_at(which: np.ndarray) -> np.ndarray:
+    def free_at(which: np.ndarray) -> np.ndarray:
         nonlocal rays
         rays += len(which)
-        return mask.reshape(-1)[which]
+        return np.float32(~mask.reshape(-1)[which])
 
     found = np.zeros(mask.size, dtype=bool)
-    found[facing] = _sparsely(facing, mask.shape, blocked_at)
+    found[facing] = _sparsely(facing, mask.shape, free_at) == 0
     return found.reshape(mask.shape), rays
 
 

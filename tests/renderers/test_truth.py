@@ -10,7 +10,7 @@ import pytest
 from renderers import truth
 from renderers.colour_filter_array import behind_filters
 from renderers.develop import develop
-from renderers.metering import bracket
+from renderers.metering import meter, shifted
 from renderers.sensor import Sensor, digitise, mean_electrons, preset
 from renderers.truth import record
 
@@ -106,7 +106,8 @@ def test_truth_is_the_ideal_sensors(signal, name):
 
 
 def test_picture_of_a_bracket_has_its_own_exposure(signal):
-    darker, brighter = bracket(Sensor(), signal[0] + signal[1], WHITE, (-3, 0))
+    brighter = meter(Sensor(), signal[0] + signal[1], WHITE)
+    darker = shifted(Sensor(), brighter, -3)
     one, other = (take(signal, exposure=e) for e in (darker, brighter))
     assert one.exposure.seconds == pytest.approx(other.exposure.seconds / 8)
     assert one.saturated.sum() < other.saturated.sum()

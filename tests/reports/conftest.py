@@ -64,6 +64,7 @@ def frame_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                             sun_lux=sun,
                             bulb_lm=bulb,
                             lamps="all",
+                            exposure_ev=0.0,
                             frame=k,
                             filter=name,
                             engine="pyrender",
@@ -104,6 +105,7 @@ def run_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                         sun_lux=sun,
                         bulb_lm=bulb,
                         lamps="all",
+                        exposure_ev=0.0,
                         filter=name,
                         backend="ekf",
                         association="gated",
@@ -136,7 +138,7 @@ def run_rows(recipe: Recipe, rng: np.random.Generator) -> pd.DataFrame:
                         measured = [
                             c
                             for c, kind in RUN_COLUMNS.items()
-                            if kind == "float64" and c not in ("sun_lux", "bulb_lm")
+                            if kind == "float64" and c not in ("sun_lux", "bulb_lm", "exposure_ev")
                         ]
                         row |= {c: np.nan for c in measured}
                         row["status"] = "failed: the covariance lost positive definiteness at step 31"
@@ -308,6 +310,7 @@ def write_dlr(folder: Path, steps: int = 300, landmarks: int = 576) -> Path:
                 sun_lux=np.nan,
                 bulb_lm=np.nan,
                 lamps="",
+                exposure_ev=np.nan,
                 filter="none",
                 backend="ekf",
                 association=association,

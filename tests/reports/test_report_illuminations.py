@@ -57,8 +57,25 @@ def test_heat_maps_have_a_row_for_each_time_and_a_column_for_each_state(day: Run
 
 def test_light_levels_that_read_alike_stay_apart() -> None:
     """1000 and 1001 lx are both "1 klx" to a person."""
-    one, other = (Illumination("", lux, 800.0, "all", str(lux)) for lux in (1000.0, 1001.0))
+    one, other = (Illumination("", lux, 800.0, "all", 0.0, str(lux)) for lux in (1000.0, 1001.0))
     assert one.label == other.label and one.daylight != other.daylight
+
+
+def test_exposures_of_a_bracket_are_told_apart(rendered_run: Path, tmp_path: Path) -> None:
+    """The usual run, told as if its brighter bulbs had been the dim ones at a shorter exposure."""
+    folder = tmp_path / "run"
+    shutil.copytree(rendered_run, folder)
+    for name in ("frames", "runs"):
+        table = pd.read_parquet(folder / f"{name}.parquet")
+        table.loc[table["bulb_lm"] == 3200, "exposure_ev"] = -1.5
+        table["bulb_lm"] = 200.0
+        table.to_parquet(folder / f"{name}.parquet")
+    run = load(folder)
+    labels = [light.label for light in illuminations(run)]
+    assert labels[:2] == ["sun 0 lx, bulbs 200 lm, −1.5 EV", "sun 0 lx, bulbs 200 lm"]
+    data = figures_heat.table(run, compare(run), RECALL)
+    panel = figures_heat._figure(run, data, RECALL).axes[0]
+    assert [t.get_text() for t in panel.get_xticklabels()] == ["200 lm, −1.5 EV", "200 lm"]
 
 
 def test_the_page_speaks_of_times(day: Run) -> None:
