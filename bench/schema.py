@@ -115,6 +115,7 @@ DRIVE_COLUMNS: dict[str, str] = {
     "sun_lux": "float64",
     "bulb_lm": "float64",
     "lamps": "string",
+    "exposure_ev": "float64",
     "filter": "string",
     "backend": "string",
     "association": "string",

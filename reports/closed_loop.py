@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bench.schema import DRIVE_COLUMNS
-from reports.illuminations import Illumination
+from reports.illuminations import COLUMNS, Illumination
 from reports.run import BASELINE, Run, read_table, records
 from reports.statistics import CONFIDENCE, Estimate, estimate, ratio
 from reports.tables import Failure
@@ -73,8 +73,7 @@ def load(folder: Path) -> Drives:
     table = read_table(folder / "drives.parquet", DRIVE_COLUMNS)
     present = list(dict.fromkeys(table["filter"]))
     filters = [BASELINE, *present] if BASELINE in present else present
-    columns = ["time", "sun_lux", "bulb_lm", "lamps", "illumination"]
-    lights = sorted(Illumination.of(row) for row in records(table[columns].drop_duplicates()))
+    lights = sorted(Illumination.of(row) for row in records(table[list(COLUMNS)].drop_duplicates()))
     return Drives(table, tuple(dict.fromkeys(filters)), tuple(lights))
 
 
