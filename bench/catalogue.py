@@ -11,6 +11,7 @@ from bench import study as study_files
 from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
 from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
+from bench.study_model import DlrPicturesStudy
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
 
@@ -126,6 +127,16 @@ def _(study: DlrStudy) -> None:
 
 
 @check.register
+def _(study: DlrPicturesStudy) -> None:
+    from vslam.filters import registry
+
+    _known("filter", _names_of(study), registry.names())
+    _try_filters(study)
+    for choice in study.slam:
+        _try_backends([BackendChoice(name=choice.backend)], [(choice.association, choice.observation)])
+
+
+@check.register
 def _(study: DriveStudy) -> None:
     _try_backends(study.backends, [("annotated", study.observation)])
 
@@ -138,7 +149,7 @@ def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, s
         Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
 
 
-def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
+def _names_of(study: RenderedStudy | PairsStudy | DlrPicturesStudy) -> list[str]:
     """Of the filters that are chosen by a registered name, not by class or file."""
     from vslam.filters import discovery
 
@@ -146,7 +157,7 @@ def _names_of(study: RenderedStudy | PairsStudy) -> list[str]:
     return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
 
 
-def _try_filters(study: RenderedStudy | PairsStudy) -> None:
+def _try_filters(study: RenderedStudy | PairsStudy | DlrPicturesStudy) -> None:
     """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bench.metrics import detection, mask, restoration
 from bench.schema import FRAME_COLUMNS
 from bench.sequences.rendered import RenderedSequence, calibration
-from bench.study_model import FilterChoice, Illumination
+from bench.study_model import DiscChoice, FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from vslam.detect import DetectorSettings, DiscDetector
@@ -75,8 +75,8 @@ class Perception:
         self._illuminations = study.illuminations.grid()
         self._filters = [(choice.label, make_filter(choice)) for choice in study.filters]
         self._calibration = calibration(study)
-        discs = DetectorSettings(study.discs.min_radius_m, study.discs.max_radius_m)
-        self._detect: Callable[[NDArray[np.uint8]], Observations] = DiscDetector(self._calibration, discs)
+        self._detect: Callable[[NDArray[np.uint8]], Observations]
+        self._detect = DiscDetector(self._calibration, detector_settings(study.discs))
 
     def frame(self, frame: int) -> FramePercepts:
         """Render one pose once, then record, filter, detect and score it under every illumination."""
@@ -163,6 +163,11 @@ def _failed(
         "status": f"failed: {reason}",
     }
     return row, Percept(Observations.none(), np.zeros(0, dtype=np.int64), reason)
+
+
+def detector_settings(discs: DiscChoice) -> DetectorSettings:
+    """The detector's settings with what a study says about its discs."""
+    return DetectorSettings(**discs.model_dump())
 
 
 def make_filter(choice: FilterChoice) -> LightFilter:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.schema import RUN_COLUMNS
+from bench.schema import FRAME_COLUMNS, RUN_COLUMNS
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,12 @@ def empty_run_row() -> dict[str, object]:
     """A row of the runs table in which everything is still empty: NaN, 0 and no text."""
     empty: dict[str, object] = {"float64": math.nan, "int64": 0, "string": ""}
     return {name: empty[kind] for name, kind in RUN_COLUMNS.items()}
+
+
+def empty_frame_row() -> dict[str, object]:
+    """A row of the frames table in which everything is still empty: NaN, 0 and no text."""
+    empty: dict[str, object] = {"float64": math.nan, "int64": 0, "string": ""}
+    return {name: empty[kind] for name, kind in FRAME_COLUMNS.items()}
 
 
 def run_stem(row: Mapping[str, object]) -> str:

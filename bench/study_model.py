@@ -27,6 +27,7 @@ __all__ = [
     "ClosedLoopTask",
     "DepthNoise",
     "DiscChoice",
+    "DlrPicturesStudy",
     "DlrStudy",
     "DriveStudy",
     "FileScene",
@@ -138,10 +139,14 @@ class DepthNoise(Part):
 
 
 class DiscChoice(Part):
-    """What size of disc the detector looks for (`vslam.detect.DetectorSettings`), metres."""
+    """What the detector looks for and how far it believes it (`vslam.detect.DetectorSettings`)."""
 
     min_radius_m: float = Field(0.10, ge=0.02, le=1)
     max_radius_m: float = Field(0.20, ge=0.02, le=1)
+    max_misfit: float = Field(0.15, gt=0, le=1)
+    max_sigma_m: Positive = 0.05
+    tilt_sigma_deg: NotNegative = 0.0
+    position_sigma_m: NotNegative = 0.0
 
     @model_validator(mode="after")
     def _in_order(self) -> DiscChoice:
@@ -252,6 +257,35 @@ class DlrStudy(Part):
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
 
+class DlrPicturesStudy(Part):
+    """The DLR robot's recorded pictures through the light filters and our detector, then SLAM.
+
+    ``stride`` takes every so many of the log's steps. The camera's mount is calibrated on the pictures 0,
+    ``calibrate_every``, 2 · ``calibrate_every`` … (`bench.sequences.dlr_mount`), which no score counts; with
+    0, ``camera.json`` stays as it is.
+    """
+
+    sequence: Literal["dlr_pictures"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    stride: int = Field(1, ge=1)
+    calibrate_every: int = Field(20, ge=0)
+    filters: Filters = (FilterChoice(name="none"),)
+    discs: DiscChoice = DiscChoice()
+    slam: tuple[SlamChoice, ...] = Field((SlamChoice(association="annotated"),), min_length=1)
+
+    @model_validator(mode="after")
+    def _pictures_left(self) -> DlrPicturesStudy:
+        if self.calibrate_every and self.stride % self.calibrate_every == 0:
+            raise ValueError(
+                f"stride {self.stride} takes only pictures that calibrate_every {self.calibrate_every} keeps "
+                "from being scored; choose another stride"
+            )
+        return self
+
+
 class PairsStudy(Part):
     """A folder of picture pairs (`bench.sequences.pairs`), named by ``--data``, that filters are scored on.
 
@@ -291,7 +325,8 @@ class DriveStudy(Part):
 
 
 Study = Annotated[
-    RenderedStudy | DlrStudy | DriveStudy | PairsStudy | ClosedLoopStudy, Field(discriminator="sequence")
+    RenderedStudy | DlrStudy | DlrPicturesStudy | DriveStudy | PairsStudy | ClosedLoopStudy,
+    Field(discriminator="sequence"),
 ]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which
 runs it, and ``reports/page_<sequence>.py``, which tells of it."""

@@ -37,7 +37,7 @@ def dlr_runs(run: Run) -> tuple[DlrRun, ...]:
     """All runs in the order they are stored, named by what tells them apart."""
     rows = records(run.runs)
     always = ("association", "observation")
-    varying = tuple(k for k in ("backend", "seed") if len({r[k] for r in rows}) > 1)
+    varying = tuple(k for k in ("filter", "backend", "seed") if len({r[k] for r in rows}) > 1)
     return tuple(
         DlrRun(
             " · ".join(str(row[k]).replace("_", "-") for k in (*always, *varying)),

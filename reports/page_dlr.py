@@ -43,26 +43,25 @@ def compose(run: Run) -> Page:
 
 
 def table(run: Run) -> Table:
-    """Runs over the log, then the published results; saved as ``figures/dlr-table.csv``."""
-    import pandas as pd
-
-    rows = [_row(one) for one in dlr.dlr_runs(run)]
+    """Runs over the log, then the bound and the published results; saved as ``figures/dlr-table.csv``."""
     cells = (Cell(number(dlr.bound_m(run), 3)), *(Cell() for _ in dlr.COLUMNS[1:]))
-    rows.append(TableRow("Cramér–Rao bound, any online estimator", cells, quiet=True))
-    rows += [
+    bound = TableRow("Cramér–Rao bound, any online estimator", cells, quiet=True)
+    published = [
         TableRow(p.label, tuple(Cell(c.theirs(p)) for c in dlr.COLUMNS), p.source, quiet=True)
         for p in dissertation.ROWS
     ]
+    return runs_table(run, "EKF-SLAM over the DLR building log", "dlr-table", (bound, *published))
+
+
+def runs_table(run: Run, caption: str, name: str, further: tuple[TableRow, ...] = ()) -> Table:
+    """One row per run, then further ones; saved as ``figures/<name>.csv``."""
+    import pandas as pd
+
+    rows = (*(_row(one) for one in dlr.dlr_runs(run)), *further)
     head = tuple(c.title for c in dlr.COLUMNS)
     data = [(r.label, *(c.value for c in r.cells), r.note) for r in rows]
-    write_csv(pd.DataFrame(data, columns=["run", *head, "note"]), run.folder / "figures" / "dlr-table.csv")
-    return Table(
-        "EKF-SLAM over the DLR building log",
-        "association · observation",
-        head,
-        tuple(rows),
-        csv="figures/dlr-table.csv",
-    )
+    write_csv(pd.DataFrame(data, columns=["run", *head, "note"]), run.folder / "figures" / f"{name}.csv")
+    return Table(caption, "association · observation", head, rows, csv=f"figures/{name}.csv")
 
 
 def _row(one: dlr.DlrRun) -> TableRow:

@@ -15,6 +15,7 @@ from vslam.detect_fit import fit_disc, spread_samples
 from vslam.detect_seeds import Seed, find_seeds, ring_tables
 from vslam.errors import VslamError
 from vslam.frame import Observations
+from vslam.mount_noise import mount_covariances
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +42,11 @@ class DetectorSettings:
         Contrast over its standard deviation. The search looks at some 10⁶ places, sizes and polarities and
         fits four numbers; noise alone exceeds χ²₄ = 7² there once in a thousand pictures.
     max_sigma_m : float
-        A centre less certain than half the smallest disc is no landmark.
+        A centre less certain than this is no landmark; half the smallest disc.
+    tilt_sigma_deg : float
+        By how much the camera nods and rolls from picture to picture (standard deviation, degrees).
+    position_sigma_m : float
+        What else shifts a floor point, whatever its distance: unevenness, a picture late by some ms.
     """
 
     min_radius_m: float = 0.10
@@ -53,6 +58,8 @@ class DetectorSettings:
     max_misfit: float = 0.15
     min_significance: float = 7.0
     max_sigma_m: float = 0.05
+    tilt_sigma_deg: float = 0.0
+    position_sigma_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +71,7 @@ class Discs:
     points : (n, 2) float64
         Centre on the floor in the robot's frame, metres.
     covariances : (n, 2, 2) float64
-        Of the centre, m².
+        Of the centre, m²: the fit's and the mount's.
     radii : (n,) float64
         Metres.
     contrasts : (n,) float64
@@ -109,8 +116,7 @@ class DiscDetector:
             calibration,
             self.settings.min_radius_m,
             self.settings.max_radius_m,
-            self.settings.max_range_m,
-            self.settings.half_angle_deg,
+            self._searched(floor),
         )
 
     def __call__(self, image: NDArray[np.uint8]) -> Observations:
@@ -153,6 +159,22 @@ class DiscDetector:
                     found.append(fit)
         return _nearest_first(found)
 
+    def _searched(self, floor: FloatArray) -> NDArray[np.bool_]:
+        """Floor points within range and bearing that the mount locates well enough."""
+        s = self.settings
+        with np.errstate(invalid="ignore"):
+            near = np.hypot(*floor.T) <= s.max_range_m
+            ahead = np.abs(np.arctan2(floor[:, 1], floor[:, 0])) <= np.radians(s.half_angle_deg)
+        searched = near & ahead
+        searched[searched] = _sigma(self._mount(floor[searched])) <= s.max_sigma_m
+        return searched
+
+    def _mount(self, points: FloatArray) -> FloatArray:
+        """(n, 2, 2) float64: the mount's share of the covariance, m²."""
+        s = self.settings
+        tilt = float(np.radians(s.tilt_sigma_deg))
+        return mount_covariances(self.calibration, points, tilt, s.position_sigma_m)
+
     def _place(self, seed: Seed) -> FloatArray:
         """(2,) float64: a seed's floor point, metres."""
         place: FloatArray = self._floor.reshape(-1, 2)[seed.pixel]
@@ -172,7 +194,7 @@ class DiscDetector:
         """The disc at a seed, or None where it is not believed."""
         row, col = divmod(seed.pixel, self.calibration.width)
         try:
-            ok, q, cov, rms = fit_disc(
+            ok, q, cov, misfit = fit_disc(
                 linear,
                 self._floor,
                 self._jacobian,
@@ -180,6 +202,8 @@ class DiscDetector:
                 col,
                 seed.ring_m,
                 *self._spread[int(self._resolved[row, col])],
+                noise / 255.0,
+                self.settings.max_misfit,
             )
         except np.linalg.LinAlgError:  # the few pixels of a small picture may leave a parameter open
             return None
@@ -188,10 +212,7 @@ class DiscDetector:
         moved = np.hypot(*(q[:2] - self._floor[row, col]))
         contrast = q[3] * q[4]
         brighter = max(q[4], q[4] + contrast)
-        # sRGB's slope turns the noise of encoded levels into that of linear light at the brighter level.
-        linear_noise = noise / 255.0 * 2.4 / 1.055 * max(brighter, 0.0) ** (1.4 / 2.4)
-        misfit = np.sqrt(max(rms**2 - linear_noise**2, 0.0)) / abs(contrast)
-        sigma = np.sqrt(np.linalg.eigvalsh(cov[:2, :2])[1])
+        covariance = cov[:2, :2] + self._mount(q[None, :2])[0]
         s = self.settings
         slack = 0.1 * q[2] + 2.0 * np.sqrt(cov[2, 2])
         believed = (
@@ -200,10 +221,10 @@ class DiscDetector:
             and abs(contrast) >= s.min_contrast * brighter
             and misfit <= s.max_misfit
             and abs(q[3]) >= s.min_significance * np.sqrt(cov[3, 3])
-            and sigma <= s.max_sigma_m
+            and _sigma(covariance) <= s.max_sigma_m
             and np.hypot(q[0], q[1]) <= s.max_range_m
         )
-        return _Fit(q[:2], cov[:2, :2], q[2], contrast, misfit) if believed else None
+        return _Fit(q[:2], covariance, q[2], contrast, misfit) if believed else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +234,11 @@ class _Fit:
     radius: float
     contrast: float
     misfit: float
+
+
+def _sigma(covariances: FloatArray) -> FloatArray:
+    """Largest standard deviation of (…, 2, 2) covariances in any direction."""
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(covariances)[..., 1]))
 
 
 def _nearest_first(fits: list[_Fit]) -> Discs:
@@ -253,17 +279,15 @@ def encoded_noise(grey: NDArray[np.uint8]) -> float:
     ----------
     grey : (H, W) uint8
     """
-    curvature = cv2.filter2D(grey, cv2.CV_16S, _CURVATURE, borderType=cv2.BORDER_REFLECT_101)
-    sample = np.abs(curvature[1:-1:2, 1:-1:2]).ravel()
+    counts = _curvature_counts(grey)
+    total = int(counts.sum())
     # The levels are whole numbers: the median is interpolated within its own.
-    counts = np.bincount(sample)
     below = np.concatenate([[0], np.cumsum(counts)])
-    level = int(np.searchsorted(below, 0.5 * len(sample), side="right")) - 1
-    median = level - 0.5 + (0.5 * len(sample) - below[level]) / counts[level]
+    level = int(np.searchsorted(below, 0.5 * total, side="right")) - 1
+    median = level - 0.5 + (0.5 * total - below[level]) / counts[level]
     return max(float(median), 0.0) / (0.6745 * 6.0)
 
 
-_CURVATURE = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], dtype=np.float32)
 _RED, _GREEN, _BLUE = ((w * _decoded()).astype(np.float32) for w in (0.2126, 0.7152, 0.0722))
 
 
@@ -274,3 +298,17 @@ def _weigh(image, red, green, blue):  # type: ignore[no-untyped-def]
         for u in range(image.shape[1]):
             out[v, u] = red[image[v, u, 0]] + green[image[v, u, 1]] + blue[image[v, u, 2]]
     return out
+
+
+@njit(cache=True)
+def _curvature_counts(grey):  # type: ignore[no-untyped-def]
+    """How often each absolute value of (1, −2, 1) ⊗ (1, −2, 1) occurs at every second row and column."""
+    counts = np.zeros(8 * 255 + 1, dtype=np.int64)
+    for v in range(1, grey.shape[0] - 1, 2):
+        for u in range(1, grey.shape[1] - 1, 2):
+            value = 0
+            for k in range(-1, 2):
+                row = int(grey[v + k, u - 1]) - 2 * int(grey[v + k, u]) + int(grey[v + k, u + 1])
+                value += row if k != 0 else -2 * row
+            counts[abs(value)] += 1
+    return counts

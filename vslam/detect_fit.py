@@ -37,7 +37,7 @@ def spread_samples(blur_px: float, resolved: bool) -> tuple[FloatArray, float]:
 
 
 @njit(cache=True)
-def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: ignore[no-untyped-def]
+def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft, noise, max_misfit):  # type: ignore[no-untyped-def]
     """Fit one disc near a pixel.
 
     Parameters
@@ -52,6 +52,10 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
         Upper bound of the radius, metres.
     offsets, soft
         From `spread_samples`.
+    noise : float
+        Of the encoded picture, full scale 1.
+    max_misfit : float
+        What the caller believes; a fit that is far above it is given up on the way (`_patience`).
 
     Returns
     -------
@@ -60,8 +64,8 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
         x, y, r (metres), k, and a, b, c (linear light; b and c per pixel from the seed).
     cov : (4, 4) float64
         Of x, y, r, k.
-    rms : float
-        Of the residuals, with the degrees of freedom taken off.
+    misfit : float
+        Root mean square residual (the degrees of freedom taken off) beyond noise, over the contrast.
     """
     q = np.zeros(PARAMETERS)
     cov = np.full((4, 4), np.inf)
@@ -80,7 +84,9 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
     loss = _evaluate(values, floor, jacobian, rows, cols, row, col, q, offsets, soft, design, residual)
     damping = 1e-3
     trial_design, trial_residual = np.empty_like(design), np.empty_like(residual)
-    for _ in range(_ITERATIONS):
+    for iteration in range(_ITERATIONS):
+        if _misfit(loss / (n - PARAMETERS), q, noise) > _patience(iteration) * max_misfit:
+            return False, q, cov, np.inf
         normal = design.T @ design
         gradient = design.T @ residual
         for k in range(PARAMETERS):
@@ -122,8 +128,26 @@ def fit_disc(linear, floor, jacobian, row, col, ring, offsets, soft):  # type: i
         normal[k, k] += 1e-15
     inverse = np.linalg.inv(normal)
     cov[:, :] = _hc3(design, residual, inverse)[:4, :4]
-    rms = np.sqrt(loss / (n - PARAMETERS))
-    return True, q, cov, rms
+    return True, q, cov, _misfit(loss / (n - PARAMETERS), q, noise)
+
+
+@njit(cache=True)
+def _patience(iteration):  # type: ignore[no-untyped-def]
+    """Misfit over the believed one that a fit may still have: 5.5 at the start, 2.5 after four steps.
+
+    Chosen on the DLR pictures 0, 40, 80 …: fits that are believed in the end have at most 2.5 at the start
+    and 1.4 (99 in 100) after three steps; of the others, which are four in five, half have more than 3.
+    """
+    return 1.0 + 9.0 / (2.0 + iteration)
+
+
+@njit(cache=True)
+def _misfit(variance, q, noise):  # type: ignore[no-untyped-def]
+    contrast = q[3] * q[4]
+    brighter = max(q[4], q[4] + contrast, 0.0)
+    # sRGB's slope turns the noise of encoded levels into that of linear light at the brighter level.
+    linear_noise = noise * 2.4 / 1.055 * brighter ** (1.4 / 2.4)
+    return np.sqrt(max(variance - linear_noise**2, 0.0)) / max(abs(contrast), 1e-12)
 
 
 @njit(cache=True)

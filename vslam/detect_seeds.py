@@ -17,6 +17,7 @@ _INNER, _OUTER = 4, 12  # samples on the rings
 # Least step between the rings, grey levels. That all 5 inner samples exceed all 12 outer ones happens in pure
 # noise with probability 1/6188, so two levels on top of it are enough.
 LEAST_STEP = 2.0
+_ALIKE = 1.25  # sizes that differ by less share a table
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +30,8 @@ class RingTable:
         Of the larger ring on the floor, metres.
     centres : (n,) int32
         Flat pixel numbers.
-    rings : (n, 17) int32
-        Flat pixel numbers: the centre, 4 inner samples, 12 outer samples (opposite ones first).
+    rings : (16, n) int32
+        Flat pixel numbers: 12 outer samples (opposite ones first), then 4 inner samples.
     """
 
     radius_m: float
@@ -39,44 +40,46 @@ class RingTable:
 
 
 def ring_tables(
-    calibration: Calibration,
-    min_radius_m: float,
-    max_radius_m: float,
-    max_range_m: float,
-    half_angle_deg: float,
+    calibration: Calibration, min_radius_m: float, max_radius_m: float, searched: NDArray[np.bool_]
 ) -> tuple[RingTable, ...]:
-    """Tables for small and for large discs, whose sizes meet at the geometric mean.
+    """Tables for small and for large discs, whose sizes meet at the geometric mean; one where all are alike.
 
-    A table covers the pixels within range and bearing where the smallest of its discs is a pixel thick and
-    whose rings lie inside the picture.
+    A table covers the searched pixels where the smallest of its discs is a pixel thick and whose rings lie
+    inside the picture; every second column where a disc is so wide that one of two pixels well inside it
+    does.
+
+    Parameters
+    ----------
+    searched : (H·W,) bool
+        Pixels whose floor point may be a disc's centre.
     """
     middle = float(np.sqrt(min_radius_m * max_radius_m))
-    spans = ((min_radius_m, middle), (middle, max_radius_m))
-    return tuple(_ring_table(calibration, low, high, max_range_m, half_angle_deg) for low, high in spans)
+    alike = max_radius_m <= _ALIKE * min_radius_m
+    spans = ((min_radius_m, max_radius_m),) if alike else ((min_radius_m, middle), (middle, max_radius_m))
+    return tuple(_ring_table(calibration, low, high, searched) for low, high in spans)
 
 
 def _ring_table(
-    calibration: Calibration, smallest: float, largest: float, max_range_m: float, half_angle_deg: float
+    calibration: Calibration, smallest: float, largest: float, searched: NDArray[np.bool_]
 ) -> RingTable:
     pixels = calibration.pixel_grid()
     floor, jacobian = calibration.floor_points(pixels)
-    with np.errstate(invalid="ignore"):
-        metres_per_pixel = np.linalg.norm(np.nan_to_num(jacobian, nan=1e9), ord=2, axis=(1, 2))
-        within = (np.hypot(*floor.T) <= max_range_m) & (
-            np.abs(np.arctan2(floor[:, 1], floor[:, 0])) <= np.radians(half_angle_deg)
-        )
-    centres = np.flatnonzero(within & (metres_per_pixel <= 2.0 * smallest))
+    jacobian = np.nan_to_num(jacobian, nan=1e9)
+    thick = np.linalg.norm(jacobian, ord=2, axis=(1, 2)) <= 2.0 * smallest
+    # Around its centre, half of a disc's radius passes the test: of 3 pixels, every second one does.
+    wide = np.linalg.norm(jacobian[:, :, 0], axis=1) <= smallest / 6.0
+    centres = np.flatnonzero(searched & thick & ~(wide & (pixels[:, 0] % 2 == 1)))
     # Inner ring: well inside the smallest disc. Outer: clear of the largest by a tenth and a pixel's blur.
     inner = _ring(calibration, pixels[centres], floor[centres], 0.5 * smallest, _INNER, stretch_px=0.0)
     outer = _ring(calibration, pixels[centres], floor[centres], 1.1 * largest, _OUTER, stretch_px=1.0)
     opposite_first = np.argsort(np.arange(_OUTER) % (_OUTER // 4), kind="stable")
-    rings = np.concatenate([pixels[centres][:, None].round(), inner, outer[:, opposite_first]], axis=1)
+    rings = np.concatenate([outer[:, opposite_first], inner], axis=1)
     columns, rows = rings[..., 0], rings[..., 1]
     inside = (columns >= 0) & (columns < calibration.width) & (rows >= 0) & (rows < calibration.height)
     keep = inside.all(axis=1)
     flat = rows[keep] * calibration.width + columns[keep]
     return RingTable(
-        1.1 * largest, centres[keep].astype(np.int32), np.ascontiguousarray(flat, dtype=np.int32)
+        1.1 * largest, centres[keep].astype(np.int32), np.ascontiguousarray(flat.T, dtype=np.int32)
     )
 
 
@@ -105,21 +108,22 @@ def _answers(grey, centres, rings, least, share, found, strength):  # type: igno
     """Count the pixels that pass the ring test; write their number and signed contrast to the arrays."""
     n = 0
     for i in range(len(centres)):
-        centre = grey[centres[i]]
+        centre = float(grey[centres[i]])
         margin = max(least, share * centre)
-        first = grey[rings[i, 1 + 4]]
+        first = float(grey[rings[0, i]])
         if centre > first + margin:
             sign = 1.0
         elif centre < first - margin:
             sign = -1.0
         else:
             continue
-        low = sign * centre
-        for k in range(1, 5):
-            low = min(low, sign * grey[rings[i, k]])
-        high = sign * first
-        for k in range(6, rings.shape[1]):
-            high = max(high, sign * grey[rings[i, k]])
+        low, high = sign * centre, sign * first
+        for k in range(1, rings.shape[0]):
+            value = sign * grey[rings[k, i]]
+            if k < _OUTER:
+                high = max(high, value)
+            else:
+                low = min(low, value)
             if low < high + margin:
                 break
         if low >= high + margin:
@@ -163,7 +167,7 @@ def find_seeds(
     share : float
         Least contrast as a share of the centre's level.
     """
-    flat = np.ascontiguousarray(grey).ravel().astype(np.float32)
+    flat = np.ascontiguousarray(grey).ravel()
     places = floor.reshape(-1, 2)
     seeds: list[tuple[float, Seed]] = []
     for table in tables:

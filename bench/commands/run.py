@@ -32,6 +32,7 @@ NEEDED = {
     "engine": ("--engine", "renders nothing"),
     "filters": ("--filter", "filters no picture"),
     "linear": ("--linear, --srgb", "reads no picture pairs"),
+    "stride": ("--stride", "reads no recorded pictures"),
 }
 """Keys of a study that options change, and what a study without one lacks."""
 
@@ -59,6 +60,12 @@ def run(
         int | None,
         typer.Option("--seed", min=0, metavar="S", help="Instead of the study's. (Default: the study's.)"),
     ] = None,
+    stride: Annotated[
+        int | None,
+        typer.Option(
+            "--stride", min=1, metavar="N", help="Every N-th recorded picture. (Default: the study's.)"
+        ),
+    ] = None,
     linear: Annotated[
         bool | None,
         typer.Option("--linear/--srgb", help="What the files of picture pairs hold. (Default: the study's.)"),
@@ -76,7 +83,7 @@ def run(
     from bench.progress import Bars
     from bench.study import load
 
-    chosen = _override(placed(load(study), scene, split, data), engine, seed, filters, linear)
+    chosen = _override(placed(load(study), scene, split, data), engine, seed, filters, linear, stride)
     if data is not None and not log_parts.reads_data(chosen):
         raise BenchError(f"--data: study {chosen.name!r} reads no data; leave the option out")
     chosen = log_parts.resolved(chosen, data)
@@ -99,14 +106,16 @@ def _override(
     seed: int | None,
     filters: list[str] | None = None,
     linear: bool | None = None,
+    stride: int | None = None,
 ) -> Study:
     """The study as the options want it; the run stores it so."""
     from bench.errors import BenchError
+    from bench.study import dump, parse
 
     changes: dict[str, object] = {}
     if seed is not None:
         changes["seed"] = seed
-    asked = {"engine": engine, "filters": filters or None, "linear": linear}
+    asked = {"engine": engine, "filters": filters or None, "linear": linear, "stride": stride}
     for key, (option, lacks) in NEEDED.items():
         if asked[key] is not None and key not in type(study).model_fields:
             raise BenchError(f"{option}: study {study.name!r} {lacks}; leave the option out")
@@ -118,4 +127,8 @@ def _override(
         from bench.filter_choice import from_option
 
         changes["filters"] = from_option(filters)
-    return study.model_copy(update=changes)
+    if stride is not None:
+        changes["stride"] = stride
+    changed = study.model_copy(update=changes)
+    # a stride may not fit the study's other keys: they are checked together
+    return changed if stride is None else parse(dump(changed), f"--stride {stride}")

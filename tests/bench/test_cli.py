@@ -98,6 +98,8 @@ def test_a_filter_is_listed_with_all_that_a_user_chooses_by(capsys):
         (["run", "--workers", "0"], "greater than or equal to 1; see python -m bench run --help"),
         (["run", "--seed", "-1"], "greater than or equal to 0"),
         (["run", "--study", "dlr", "--engine", "raycast"], "--engine: study 'dlr' renders nothing"),
+        (["run", "--study", "dlr", "--stride", "2"], "--stride: study 'dlr' reads no recorded pictures"),
+        (["run", "--study", "dlr_pictures", "--stride", "20"], "stride 20 takes only pictures that"),
         (["run", "--study", "dlr", "--data", "nowhere"], "searched --data nowhere"),
         (["generate"], "--out"),
         (["generate", "--out", "x", "--resume", "x"], "give one of --out DIR, --resume DIR and --verify DIR"),
