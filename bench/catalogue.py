@@ -11,9 +11,11 @@ from bench import study as study_files
 from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
 from bench.study import DlrStudy, DriveStudy, PairsStudy, RenderedStudy, Study
-from bench.study_model import DlrPicturesStudy
+from bench.study_model import DlrLightStudy, DlrPicturesStudy
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
+
+WithFilters = RenderedStudy | PairsStudy | DlrPicturesStudy | DlrLightStudy
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def _(study: RenderedStudy) -> None:
 
 
 @check.register
-def _(study: PairsStudy) -> None:
+def _(study: PairsStudy | DlrLightStudy) -> None:
     from vslam.filters import registry
 
     _known("filter", _names_of(study), registry.names())
@@ -149,7 +151,7 @@ def _try_backends(choices: Iterable[BackendChoice], forms: Iterable[tuple[str, s
         Slam(SlamSettings(choice.name, association, observation, parameters=choice.parameters))
 
 
-def _names_of(study: RenderedStudy | PairsStudy | DlrPicturesStudy) -> list[str]:
+def _names_of(study: WithFilters) -> list[str]:
     """Of the filters that are chosen by a registered name, not by class or file."""
     from vslam.filters import discovery
 
@@ -157,7 +159,7 @@ def _names_of(study: RenderedStudy | PairsStudy | DlrPicturesStudy) -> list[str]
     return [name for name in chosen if not (discovery.is_class(name) or discovery.is_onnx(name))]
 
 
-def _try_filters(study: RenderedStudy | PairsStudy | DlrPicturesStudy) -> None:
+def _try_filters(study: WithFilters) -> None:
     """Build the filters that are not known by name alone, so that a wrong one costs no rendering."""
     from vslam.filters import registry
 

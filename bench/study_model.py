@@ -27,6 +27,7 @@ __all__ = [
     "ClosedLoopTask",
     "DepthNoise",
     "DiscChoice",
+    "DlrLightStudy",
     "DlrPicturesStudy",
     "DlrStudy",
     "DriveStudy",
@@ -286,6 +287,27 @@ class DlrPicturesStudy(Part):
         return self
 
 
+class DlrLightStudy(Part):
+    """The DLR robot's recorded pictures with light composited onto them (`bench.sequences.dlr_light`).
+
+    ``stride`` takes every so many of the log's steps; ``own_lamps_lm`` is what each of the building's lamps
+    had when the pictures were taken, by assumption, and ties the added light to the recorded one.
+    """
+
+    sequence: Literal["dlr_light"]
+    name: Name
+    title: str = ""
+    description: str = ""
+    seed: int = Field(0, ge=0)
+    stride: int = Field(30, ge=1)
+    floor_roughness: float = Field(0.25, ge=0.02, le=1)
+    own_lamps_lm: Positive = 3000.0
+    illuminations: IlluminationGrid = IlluminationGrid.model_validate({})
+    highlight_threshold: int = Field(16, ge=1, le=255)
+    filters: Filters = (FilterChoice(name="none"),)
+    discs: DiscChoice = DiscChoice()
+
+
 class PairsStudy(Part):
     """A folder of picture pairs (`bench.sequences.pairs`), named by ``--data``, that filters are scored on.
 
@@ -325,7 +347,7 @@ class DriveStudy(Part):
 
 
 Study = Annotated[
-    RenderedStudy | DlrStudy | DlrPicturesStudy | DriveStudy | PairsStudy | ClosedLoopStudy,
+    RenderedStudy | DlrStudy | DlrPicturesStudy | DlrLightStudy | DriveStudy | PairsStudy | ClosedLoopStudy,
     Field(discriminator="sequence"),
 ]
 """A study of any kind; the key ``sequence`` chooses the model, and with it ``bench/<sequence>_run.py``, which

@@ -6,6 +6,8 @@ doors, windows and lamps, which the log does not tell, are set in customary size
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scenes.drive_log import DriveLog
@@ -49,6 +51,7 @@ def build(
     first: int = 0,
     frames: int | None = None,
     stride: int = 1,
+    floor_roughness: float | None = None,
 ) -> Scene:
     """The DLR log's building: its discs, walls around its drive, and the drive itself (needs the log).
 
@@ -64,6 +67,8 @@ def build(
         The recorded drive.
     first, frames, stride : int
         The tour starts at a recorded step and takes every ``stride``-th, so many or all.
+    floor_roughness : float, optional
+        Of a polish over carpet and tiles, 0…1; without one the carpet is matt, as the real one is.
 
     Raises
     ------
@@ -74,7 +79,8 @@ def build(
         raise SceneError("scene 'dlr_building': needs the DLR log; get it with: python -m bench fetch dlr")
     space = driven_space(log)
     posts = _posts(log, space)
-    surfaces = (*_floors(log, space), *_shell(log, space, seed), *_outdoors(space, posts))
+    floors = [_polished(one, floor_roughness) for one in _floors(log, space)]
+    surfaces = (*floors, *_shell(log, space, seed), *_outdoors(space, posts))
     return Scene(
         name="dlr_building",
         surfaces=surfaces,
@@ -125,6 +131,13 @@ def _floors(log: DriveLog, space: DrivenSpace) -> list[Surface]:
     light = log.light_floor[nearest.reshape(len(cell), -1)].mean(axis=1) > 0.5
     kinds = [("floor", CARPET, ~light), ("tiles", TILES, light)]
     return [_level(name, m, vertices, triangles[chosen], 0.0) for name, m, chosen in kinds if chosen.any()]
+
+
+def _polished(floor: Surface, roughness: float | None) -> Surface:
+    """The floor under a dielectric polish, as sealed linoleum has it."""
+    if roughness is None:
+        return floor
+    return replace(floor, material=Material(floor.material.base_color, roughness=roughness))
 
 
 def _level(name: str, material: Material, vertices: FloatArray, triangles: IntArray, z: float) -> Surface:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
 
-from bench import log_parts
+from bench import cli, log_parts, rendered_run
 from bench.camera_choice import calibration, camera, mount
 from bench.errors import BenchError
 from bench.sequences import dlr
@@ -18,7 +19,7 @@ from bench.sequences.dlr_drive import OUTDOORS, drive_log
 from bench.sequences.lighting import load_scene
 from bench.study import load
 from renderers.basis import SceneRenderer, relight
-from renderers.irradiance import BakeQuality
+from renderers.irradiance import DIRECT_ONLY, BakeQuality
 from renderers.mesh import RayCaster, build_mesh
 from renderers.sensor import Sensor
 from renderers.truth import record
@@ -197,3 +198,32 @@ def test_a_camera_file_that_holds_none_is_refused(tmp_path, text):
     (tmp_path / "camera.json").write_text(text)
     with pytest.raises(BenchError, match=r"camera\.json: no camera"):
         robot_camera(tmp_path)
+
+
+STUDY = """\
+sequence: dlr_light
+name: lit
+stride: 1600
+illuminations: {sun_lux: [0], bulb_lm: [20000]}
+filters: [none, seed]
+"""
+
+
+def test_a_study_scores_real_pictures_with_light(dlr_folder, tmp_path, monkeypatch, capsys):
+    # bounced light is not what is tested, and takes minutes to bake
+    made = rendered_run.SequenceSetup
+    monkeypatch.setattr(rendered_run, "SequenceSetup", lambda *a: made(*a, quality=DIRECT_ONLY))
+    monkeypatch.setattr(rendered_run, "bake_scene", lambda *_: None)
+    (tmp_path / "lit.yaml").write_text(STUDY)
+    options = ["--study", str(tmp_path / "lit.yaml"), "--out", str(tmp_path / "results"), "--workers", "1"]
+    options += ["--data", str(dlr_folder)]
+    assert cli.execute(["run", *options]) == 0
+    frames = pd.read_parquet(tmp_path / "results" / "latest" / "frames.parquet")
+    assert len(frames) == 3 * 2 * 2  # pictures, lights with the recorded one, filters
+    recorded = frames[frames["illumination"] == "recorded"]
+    assert (recorded["true_share"] == 0).all() and recorded["iou"].isna().all()
+    lit = frames[frames["illumination"] != "recorded"]
+    assert (lit["true_share"] > 0).any()
+    assert (lit["landmarks_visible"].to_numpy() == recorded["landmarks_visible"].to_numpy()).all()
+    assert "composited" in (tmp_path / "results" / "latest" / "report.html").read_text()
+    assert "Without a filter the detector finds" in capsys.readouterr().out
