@@ -65,7 +65,7 @@ def prepared(
     SceneError
         If the tour runs through a wall.
     """
-    with _writable_cache() as cache:
+    with writable_cache() as cache:
         scene = load_scene(study)
         for text in scene.notices:
             progress.notice(text)
@@ -78,7 +78,7 @@ def prepared(
 
 
 @contextmanager
-def _writable_cache() -> Iterator[Path]:
+def writable_cache() -> Iterator[Path]:
     """The user's cache, or a folder for this run alone where that one cannot be written."""
     folder = cache_folder()
     try:

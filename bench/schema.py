@@ -119,3 +119,41 @@ MASK_COLUMNS: dict[str, str] = {
     "true_share": "float64",
 }
 """``masks.parquet`` of such a study: one row per picture, filter and true mask ("residue > 16")."""
+
+DRIVE_COLUMNS: dict[str, str] = {
+    "scene": "string",
+    "illumination": "string",
+    "time": "string",
+    "sun_lux": "float64",
+    "bulb_lm": "float64",
+    "lamps": "string",
+    "exposure_ev": "float64",
+    "filter": "string",
+    "backend": "string",
+    "association": "string",
+    "observation": "string",
+    "task": "string",
+    "episode": "int64",
+    "outcome": "string",
+    "success": "int64",
+    "collision": "int64",
+    "spl": "float64",
+    "path_m": "float64",
+    "optimum_m": "float64",
+    "seconds": "float64",
+    "replans": "int64",
+    "pictures": "int64",
+    "goal_error_m": "float64",
+    "rmse_m": "float64",
+    "error_max_m": "float64",
+    "sigma_end_m": "float64",
+    "explored": "float64",
+    "landmarks_mapped": "int64",
+    "landmarks_visible": "int64",
+    "landmarks_detected": "int64",
+    "detections_true": "int64",
+    "true_share": "float64",
+}
+"""One row per drive in closed loop. ``outcome`` is "arrived" or "explored" for a success, otherwise "lost",
+"collision", "stuck", "timeout" or "failed: reason". ``goal_error_m`` is the largest true distance to a place
+at which the robot believed to be; ``sigma_end_m`` the root of the position covariance's trace at the end."""

@@ -85,6 +85,9 @@ class SceneRenderer:
         How much work goes into baked light; less for previews and tests.
     mirrored : bool
         Whether bases tell the depth of what is mirrored, which motion blur needs.
+    sparse_shadows : bool
+        Whether blocks of pixels share shadow rays, for a robot that waits for the picture
+        (`renderers.shadows`).
     """
 
     def __init__(
@@ -98,6 +101,7 @@ class SceneRenderer:
         cache: Path | None = None,
         quality: BakeQuality = FULL_QUALITY,
         mirrored: bool = False,
+        sparse_shadows: bool = False,
     ) -> None:
         if supersampling < 1:
             raise RendererError(f"supersampling {supersampling}: must be at least 1")
@@ -112,7 +116,14 @@ class SceneRenderer:
         layers = list(self._lights.values())
         irradiance = load_or_bake(self._mesh, self._caster, layers, cache, quality)
         self._shader = LayerShader(
-            self._mesh, self._caster, layers, irradiance, quality.bounces >= 0, self._threads, supersampling
+            self._mesh,
+            self._caster,
+            layers,
+            irradiance,
+            quality.bounces >= 0,
+            self._threads,
+            supersampling,
+            sparse_shadows,
         )
         self._engine = make_engine(engine, self._mesh, camera.enlarged(supersampling), self._caster)
 

@@ -44,6 +44,8 @@ class LayerShader:
         Baked for the same layers.
     bounces : bool
         Whether mirrored surfaces are seen; without, their images are black.
+    sparse_shadows : bool
+        Whether blocks of pixels share shadow rays (`renderers.shadows`).
     """
 
     def __init__(
@@ -55,8 +57,9 @@ class LayerShader:
         bounces: bool,
         threads: Threads,
         supersampling: int,
+        sparse_shadows: bool = False,
     ) -> None:
-        self._supersampling = supersampling
+        self._sparse_shadows, self._supersampling = sparse_shadows, supersampling
         self._mesh, self._caster, self._layers, self._threads = mesh, caster, layers, threads
         self._suns = [
             (k, light) for k, lights in enumerate(layers) for light in lights if isinstance(light, SunLight)
@@ -147,7 +150,9 @@ class LayerShader:
         near = [k for k, column in enumerate(lux) if column.any()]  # of a building's lamps, a few
         lights, lux = [lights[k] for k in near], [lux[k] for k in near]
         points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
-        shares = visible_shares(lights, lux, points, normals, self._caster, shape, self._threads)
+        shares = visible_shares(
+            lights, lux, points, normals, self._caster, shape, self._threads, self._sparse_shadows
+        )
 
         def shade(part: slice) -> None:
             for light, column, share in zip(lights, lux, shares, strict=True):

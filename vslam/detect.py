@@ -193,17 +193,20 @@ class DiscDetector:
     def _fit(self, linear: NDArray[np.float32], seed: Seed, noise: float) -> _Fit | None:
         """The disc at a seed, or None where it is not believed."""
         row, col = divmod(seed.pixel, self.calibration.width)
-        ok, q, cov, misfit = fit_disc(
-            linear,
-            self._floor,
-            self._jacobian,
-            row,
-            col,
-            seed.ring_m,
-            *self._spread[int(self._resolved[row, col])],
-            noise / 255.0,
-            self.settings.max_misfit,
-        )
+        try:
+            ok, q, cov, misfit = fit_disc(
+                linear,
+                self._floor,
+                self._jacobian,
+                row,
+                col,
+                seed.ring_m,
+                *self._spread[int(self._resolved[row, col])],
+                noise / 255.0,
+                self.settings.max_misfit,
+            )
+        except np.linalg.LinAlgError:  # the few pixels of a small picture may leave a parameter open
+            return None
         if not ok or (q[3] * q[4] > 0.0) != seed.white:
             return None
         moved = np.hypot(*(q[:2] - self._floor[row, col]))

@@ -96,9 +96,9 @@ class Lighting:
     built: Scene
     colours: Colours
 
-    def intensity(self, illumination: Illumination, frame: int) -> dict[str, float]:
-        """Lux or lumen of each layer; the frame matters where lamps flicker."""
-        lumen = illumination.bulb_lm * lamps.flicker(illumination, float(self.scene.tour.stamps[frame]))
+    def intensity(self, illumination: Illumination, seconds: float) -> dict[str, float]:
+        """Lux or lumen of each layer; the moment matters where lamps flicker."""
+        lumen = illumination.bulb_lm * lamps.flicker(illumination, seconds)
         on = lamps.burning(self.built, illumination, self.study.seed)
         own = illumination.sun
         return {

@@ -14,7 +14,7 @@ from bench import camera_choice
 from bench.camera_choice import camera, mount
 from bench.rng import generator
 from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
-from bench.study_model import Illumination, RenderedStudy
+from bench.study_model import Illumination, OdometryNoise, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.metering import Exposure, meter, shifted
@@ -47,6 +47,8 @@ class SequenceSetup:
         Where baked light is kept.
     quality : BakeQuality
         How much work goes into baked light.
+    sparse_shadows : bool
+        Whether blocks of pixels share shadow rays (`renderers.shadows`).
     """
 
     study: RenderedStudy
@@ -55,6 +57,7 @@ class SequenceSetup:
     threads: int
     cache: Path | None
     quality: BakeQuality = FULL_QUALITY
+    sparse_shadows: bool = False
 
 
 class RenderedSequence:
@@ -88,11 +91,16 @@ class RenderedSequence:
             self._setup.cache,
             self._setup.quality,
             mirrored=self.study.camera.optics.motion_blur,
+            sparse_shadows=self._setup.sparse_shadows,
         )
 
     def basis(self, frame: int) -> LightBasis:
         """The light basis at a frame's true pose, behind the camera's lens."""
-        basis = self.renderer.render(self.scene.tour.poses[frame])
+        return self.basis_at(self.scene.tour.poses[frame])
+
+    def basis_at(self, pose: FloatArray) -> LightBasis:
+        """The same at any pose, (3,) x, y in metres and heading in rad."""
+        basis = self.renderer.render(pose)
         return basis_through_lens(self._optics, camera(self.study.camera), basis)
 
     def relight(
@@ -111,30 +119,41 @@ class RenderedSequence:
 
         Without ``highlights`` all specular light is removed; exposure and noise are drawn as with it.
         """
+        rng = generator(self.study.seed, "sensor", illumination.name, frame)
         diffuse, specular, white, exposure = self._exposed(basis, illumination, frame)
         specular = specular if highlights else np.zeros_like(specular)
-        return record(
-            self.sensor,
-            diffuse,
-            specular,
-            white,
-            generator(self.study.seed, "sensor", illumination.name, frame),
-            self.study.sensor.highlight_threshold,
-            exposure,
-        )
+        return self._recorded((diffuse, specular, white, exposure), rng)
+
+    def record_at(
+        self, basis: LightBasis, illumination: Illumination, seconds: float, rng: np.random.Generator
+    ) -> Recording:
+        """Take a picture off the tour, at a moment of the lamps' flicker; nothing moves while it is taken."""
+        return self._recorded(self._still(basis, illumination, seconds), rng)
+
+    def _recorded(
+        self, light: tuple[NDArray, NDArray, FloatArray, Exposure], rng: np.random.Generator
+    ) -> Recording:
+        diffuse, specular, white, exposure = light
+        threshold = self.study.sensor.highlight_threshold
+        return record(self.sensor, diffuse, specular, white, rng, threshold, exposure)
+
+    def _still(
+        self, basis: LightBasis, illumination: Illumination, seconds: float
+    ) -> tuple[NDArray, NDArray, FloatArray, Exposure]:
+        """Diffuse and specular light, its colour, and the metered exposure."""
+        colours = self._lighting.colour(illumination)
+        intensity = self._lighting.intensity(illumination, seconds)
+        diffuse, specular = relight(basis, intensity, colours)
+        white = mean_white(basis, intensity, colours)
+        metered = meter(self.sensor, diffuse + specular, white)
+        return diffuse, specular, white, shifted(self.sensor, metered, illumination.exposure_ev)
 
     def _exposed(
         self, basis: LightBasis, illumination: Illumination, frame: int
     ) -> tuple[NDArray, NDArray, FloatArray, Exposure]:
-        """Diffuse and specular light while the shutter is open, its colour, and the exposure."""
-        intensity, colours = (
-            self._lighting.intensity(illumination, frame),
-            self._lighting.colour(illumination),
-        )
-        diffuse, specular = relight(basis, intensity, colours)
-        white = mean_white(basis, intensity, colours)
-        metered = meter(self.sensor, diffuse + specular, white)
-        exposure = shifted(self.sensor, metered, illumination.exposure_ev)
+        """Diffuse and specular light while the shutter is open, its colour, and the metered exposure."""
+        seconds = float(self.scene.tour.stamps[frame])
+        diffuse, specular, white, exposure = self._still(basis, illumination, seconds)
         if self.study.camera.optics.motion_blur:
             diffuse, specular = (
                 motion_blurred(light, velocity, exposure.seconds)
@@ -155,8 +174,11 @@ class RenderedSequence:
 
     def measured_depth(self, basis: LightBasis, frame: int) -> NDArray[np.float32]:
         """The depth camera's reading: σ grows with z²; nothing beyond its range, (H, W) float32 metres."""
+        return self.noisy_depth(basis, generator(self.study.seed, "depth", frame))
+
+    def noisy_depth(self, basis: LightBasis, rng: np.random.Generator) -> NDArray[np.float32]:
+        """The same with random numbers of the caller's."""
         noise, depth = self.study.depth, basis.depth
-        rng = generator(self.study.seed, "depth", frame)
         sigma = np.float32(noise.sigma_m_at_1m) * depth * depth
         reading = depth + sigma * rng.standard_normal(depth.shape, dtype=np.float32)
         return np.where((depth > 0) & (depth <= noise.max_m), np.maximum(reading, 0), 0).astype(np.float32)
@@ -209,13 +231,14 @@ def odometry(study: RenderedStudy, poses: FloatArray, seed: int) -> tuple[Odomet
         c, s = np.cos(before[2]), np.sin(before[2])
         dx, dy = after[:2] - before[:2]
         delta = np.array([c * dx + s * dy, -s * dx + c * dy, after[2] - before[2]])
-        length, turn = float(np.hypot(dx, dy)), abs(float(delta[2]))
-        sigma = np.array(
-            [
-                noise.sigma_forward_m_per_m * length,
-                noise.sigma_lateral_m_per_m * length,
-                np.hypot(noise.sigma_heading_rad_per_m * length, noise.sigma_heading_rad_per_rad * turn),
-            ]
-        )
+        sigma = increment_sigma(noise, float(np.hypot(dx, dy)), abs(float(delta[2])))
         increments.append(Odometry(delta + sigma * rng.standard_normal(3), np.diag(sigma**2)))
     return tuple(increments)
+
+
+def increment_sigma(noise: OdometryNoise, length: float, turn: float) -> FloatArray:
+    """(3,) float64: σ forward, left (metres) and of the heading (rad) of an increment of so many m, rad."""
+    heading = np.hypot(noise.sigma_heading_rad_per_m * length, noise.sigma_heading_rad_per_rad * turn)
+    return np.array(
+        [noise.sigma_forward_m_per_m * length, noise.sigma_lateral_m_per_m * length, float(heading)]
+    )
