@@ -31,17 +31,22 @@ Rays = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class RayList:
-    """Rays of one view, each (n, 6) float32: origin, direction.
+    """Rays of one view, float32, origin and direction last.
 
     Attributes
     ----------
-    primary : Rays
-    shadow : list of (Rays, far)
-        One entry per light and call, penumbra rays included.
+    primary : (n, 6)
+    shadow : list of ((m, k, 6), far)
+        One entry per light and call: k rays from each of m points, penumbra rays included.
     """
 
     primary: Rays
     shadow: list[tuple[Rays, float]] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """How many rays there are in all."""
+        return self.primary.size // 6 + sum(rays.size // 6 for rays, _ in self.shadow)
 
 
 class _NotingCaster(RayCaster):
@@ -101,12 +106,10 @@ def prepare(configuration: Configuration) -> Iterator[Sides]:
             embree.test_occlusions(tensor, tnear=0.0, tfar=float(far))
         return 1
 
-    count = len(rays.primary) + sum(len(r) for r, _ in rays.shadow)
-
     def note(_: float, alone: float) -> str:
         return (
-            f"{len(rays.primary):,} primary and {count - len(rays.primary):,} shadow rays; "
-            f"Embree casts {count / alone / 1e3:.1f} million a second"
+            f"{len(rays.primary):,} primary and {rays.count - len(rays.primary):,} shadow rays; "
+            f"Embree casts {rays.count / alone / 1e3:.1f} million a second"
         )
 
     yield Sides(ours, embree_alone, note)
