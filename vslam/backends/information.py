@@ -20,13 +20,14 @@ from scipy.linalg import cho_solve
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dpotri
 
+from vslam.backends.parts.block_update import BlockUpdate
 from vslam.backends.parts.full_covariance import block_diagonal, stacked_jacobian, state_rows
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.backends.parts.input_checks import check_odometry
 from vslam.errors import VslamError
-from vslam.frame import Observations, Odometry
+from vslam.frame import Odometry
 from vslam.motion import motion_jacobians, move
 from vslam.observation import ObservationModel
-from vslam.slam_backend import NEW, backends
+from vslam.slam_backend import backends
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,7 +38,7 @@ _START = 1e12
 
 
 @backends.register("information")
-class InformationFilter:
+class InformationFilter(BlockUpdate):
     """The extended information filter, a `vslam.slam_backend.Backend`; parameters as `Ekf`'s."""
 
     name = "information"
@@ -125,27 +126,6 @@ class InformationFilter:
         self._Omega[R, R] = shrink @ A_RR
         self._X[-3:] = move(self._X[-3:], odometry.delta)
         self._factor = None
-
-    def update(self, observations: Observations, hypothesis: IntArray) -> IntArray:
-        """Add the information of matched and new observations; see `vslam.slam_backend.Backend.update`.
-
-        Raises
-        ------
-        VslamError
-            As `FullCovariance.update`.
-        """
-        check_observations(observations)
-        matches = np.array(hypothesis, dtype=np.int64)
-        check_hypothesis(observations, matches, (self._size - 3) // 2)
-        if not len(matches):
-            return matches
-        z, S = self.model.measure(observations)
-        matched, new = matches >= 0, matches == NEW
-        if matched.any():
-            self._correct(z[matched], S[matched], matches[matched])
-        if new.any():
-            matches[new] = self._found(z[new], S[new])
-        return matches
 
     def _correct(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> None:
         Z = self.model.innovation(z, self.model.h(self._X[-3:], self._landmarks_at(numbers)))

@@ -22,13 +22,14 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dgemm
 
 from vslam.backends.parts import sigma_moves
+from vslam.backends.parts.block_update import BlockUpdate
 from vslam.backends.parts.full_covariance import block_diagonal, state_rows
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.backends.parts.input_checks import check_odometry
 from vslam.backends.parts.sigma_points import cubature, factors, lower_triangle
 from vslam.errors import VslamError
-from vslam.frame import Observations, Odometry
+from vslam.frame import Odometry
 from vslam.observation import ObservationModel
-from vslam.slam_backend import NEW, backends
+from vslam.slam_backend import backends
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,7 +38,7 @@ _CHUNK = 64
 
 
 @backends.register("srckf")
-class SquareRootCkf:
+class SquareRootCkf(BlockUpdate):
     """The square-root cubature Kalman filter, a `vslam.slam_backend.Backend`; parameters as `Ekf`'s."""
 
     name = "srckf"
@@ -107,27 +108,6 @@ class SquareRootCkf:
         own = fit.matrix @ self._L[start:end, start:end]
         self._L[start:end, start:end] = lower_triangle(np.hstack([own, fit.residual]))
         self._X[start:] = fit.mean
-
-    def update(self, observations: Observations, hypothesis: IntArray) -> IntArray:
-        """Correct, then found; see `vslam.slam_backend.Backend.update`.
-
-        Raises
-        ------
-        VslamError
-            As `FullCovariance.update`.
-        """
-        check_observations(observations)
-        matches = np.array(hypothesis, dtype=np.int64)
-        check_hypothesis(observations, matches, (self._size - 3) // 2)
-        if not len(matches):
-            return matches
-        z, S = self.model.measure(observations)
-        matched, new = matches >= 0, matches == NEW
-        if matched.any():
-            self._correct(z[matched], S[matched], matches[matched])
-        if new.any():
-            matches[new] = self._found(z[new], S[new])
-        return matches
 
     def _correct(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> None:
         rows = self._rows(numbers)

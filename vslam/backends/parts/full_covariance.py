@@ -18,11 +18,9 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations
+from vslam.backends.parts.block_update import BlockUpdate
 from vslam.errors import VslamError
-from vslam.frame import Observations
 from vslam.observation import ObservationModel
-from vslam.slam_backend import NEW
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,7 +31,7 @@ _CHUNK = 64
 _PENDING = 48
 
 
-class FullCovariance:
+class FullCovariance(BlockUpdate):
     """X and P with everything of a `vslam.slam_backend.Backend` but prediction, correction and founding.
 
     Parameters
@@ -102,44 +100,6 @@ class FullCovariance:
         """Covariance of the pose and the given k landmarks, (3 + 2k, 3 + 2k) float64."""
         rows = state_rows(np.asarray(landmarks, dtype=np.int64))
         return self._columns(rows)[rows]
-
-    def update(self, observations: Observations, hypothesis: IntArray) -> IntArray:
-        """Correct with the matched observations, then found landmarks for the new ones.
-
-        Parameters
-        ----------
-        observations : Observations, n of them
-        hypothesis : (n,) int64
-            Landmark number, ``NEW`` or ``DISCARDED`` of each observation (eq. 3-30).
-
-        Returns
-        -------
-        (n,) int64: landmark number of each observation, or ``DISCARDED``.
-
-        Raises
-        ------
-        VslamError
-            When an observation is not finite, its covariance not positive definite, or the hypothesis names
-            landmarks that do not exist or one twice.
-        """
-        check_observations(observations)
-        matches = np.array(hypothesis, dtype=np.int64)
-        check_hypothesis(observations, matches, (self._size - 3) // 2)
-        if not len(matches):
-            return matches
-        z, S = self.model.measure(observations)
-        matched, new = matches >= 0, matches == NEW
-        if matched.any():
-            self._correct(z[matched], S[matched], matches[matched])
-        if new.any():
-            matches[new] = self._found(z[new], S[new])
-        return matches
-
-    def _correct(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> None:
-        raise NotImplementedError
-
-    def _found(self, z: FloatArray, S: FloatArray) -> IntArray:
-        raise NotImplementedError
 
     def _landmarks_at(self, numbers: IntArray) -> FloatArray:
         """Estimates of some landmarks, (k, 2)."""

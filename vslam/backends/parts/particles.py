@@ -15,6 +15,8 @@ hold such a kernel, of the last step's proposal; the particles themselves are le
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +34,7 @@ PARTICLES = 100
 _CHUNK = 64
 
 
-class Particles:
+class Particles(ABC):
     """The particle set, and everything of a `vslam.slam_backend.Backend` but the proposal.
 
     Parameters
@@ -150,9 +152,9 @@ class Particles:
             self._resample()
         return matches
 
+    @abstractmethod
     def _sample(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> FloatArray:
         """Draw the particles' poses and return the logarithm of what multiplies each weight, (N,)."""
-        raise NotImplementedError
 
     def _noise(self, roots: FloatArray) -> FloatArray:
         """One draw from N(0, root rootᵀ) per particle, (N, 3); ``roots`` (3, 3) or (N, 3, 3)."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +21,9 @@ class SigmaPointFilter(FullCovariance):
     """UKF or CKF, by the rule that a subclass names."""
 
     @staticmethod
+    @abstractmethod
     def rule_of(n: int) -> Rule:
         """The sigma points of n dimensions."""
-        raise NotImplementedError
 
     def predict(self, odometry: Odometry) -> None:
         """Move by one increment; P_MM is untouched.
