@@ -115,7 +115,10 @@ def verdict(run: Run, sums: FrameSums) -> str:
     effects = {name: change(sums, recall, name, worst) for name in run.light_filters}
     best = max(effects, key=lambda name: effects[name].value)
     found = effects[best]
-    bounds = f", 95 % interval {interval(found, 1, signed=True)}" if found.has_interval else ""
+    if not found.value > 0.0:
+        return f"{told}; no filter lets it find more there."
+    shown = interval(found, 1, signed=True)
+    bounds = f", 95 % interval {shown}" if shown else ""
     return (
         f"{told}; there the best filter is “{best}” with {number(found.value, 1, signed=True)} percentage "
         f"points{bounds}."

@@ -1,4 +1,4 @@
-"""What a picture does to a Gaussian state: matched observations correct it in one block, new ones extend it."""
+"""What a picture does to a Gaussian state: matched observations correct it in one block, new ones found."""
 
 from __future__ import annotations
 
