@@ -22,7 +22,7 @@ from bench.schema import DRIVE_COLUMNS
 from reports.illuminations import COLUMNS, Illumination
 from reports.run import BASELINE, Run, read_table, records
 from reports.statistics import CONFIDENCE, Estimate, estimate, ratio
-from reports.tables import Failure
+from reports.tables import Failure, counted
 from reports.wording import listing, number
 
 if TYPE_CHECKING:
@@ -144,11 +144,7 @@ def failures(run: Run) -> tuple[Failure, ...]:
     """Drives that the robot's own software ended, not the world or the clock."""
     table = drives(run).table
     broken = table[table["outcome"].str.startswith("failed:")]
-    counted = Counter(zip(broken["filter"], broken["outcome"], strict=True))
-    return tuple(
-        Failure(name, "drive", outcome.removeprefix("failed:").strip(), count)
-        for (name, outcome), count in sorted(counted.items())
-    )
+    return counted(broken, "drive", "outcome")
 
 
 def verdict(run: Run) -> str:

@@ -12,7 +12,7 @@ from reports import statistics as s
 from reports.frame_sums import FrameSums, frame_sums
 from reports.run import BASELINE, Run
 from reports.statistics import Estimate
-from reports.terminal import paragraphs, text_table
+from reports.terminal import ARROWS, paragraphs, text_table
 from reports.wording import interval, number
 
 if TYPE_CHECKING:
@@ -135,10 +135,9 @@ def summary(run: Run) -> RenderableType:
         shown = text_table(light, [c.heading.replace(", ", "\n") for c in COLUMNS])
         for name in run.filters:
             numbers = row_of(sums, name, light)
-            arrows = {"better": "▲", "worse": "▼", "": ""}
             shown.add_row(
                 name,
-                *(number(v.value, c.digits) + arrows[m] for c, (v, m) in zip(COLUMNS, numbers, strict=True)),
+                *(number(v.value, c.digits) + ARROWS[m] for c, (v, m) in zip(COLUMNS, numbers, strict=True)),
             )
         tables.append(shown)
     notes = ["▲ better, ▼ worse than no filter on the same pictures, by a paired 95 % interval."]

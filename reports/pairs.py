@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from bench.schema import MASK_COLUMNS, PICTURE_COLUMNS
 from reports import statistics as s
 from reports.run import BASELINE, OK, Run, read_table
 from reports.statistics import Estimate
-from reports.tables import Failure
+from reports.tables import Failure, counted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -117,8 +116,4 @@ def failures(run: Run) -> tuple[Failure, ...]:
     """Every reason for which a filter failed on pictures."""
     pictures = read(run).pictures
     bad = pictures[pictures["status"] != OK]
-    counted = Counter(zip(bad["filter"], bad["status"], strict=True))
-    return tuple(
-        Failure(name, "picture", status.removeprefix("failed:").strip(), count)
-        for (name, status), count in sorted(counted.items())
-    )
+    return counted(bad, "picture")

@@ -217,12 +217,13 @@ class Failure:
 def failures(run: Run) -> tuple[Failure, ...]:
     """Every reason of failure, by filter: of pictures, then of SLAM runs."""
     bad_runs = run.runs[run.runs["status"] != OK]
-    return (*_counted(run.failed_frames, "picture"), *_counted(bad_runs, "SLAM run"))
+    return (*counted(run.failed_frames, "picture"), *counted(bad_runs, "SLAM run"))
 
 
-def _counted(bad: DataFrame, what: str) -> tuple[Failure, ...]:
-    counted = Counter(zip(bad["filter"], bad["status"], strict=True))
+def counted(bad: DataFrame, what: str, column: str = "status") -> tuple[Failure, ...]:
+    """The reasons in rows that failed, each with how often it stands there; sorted by filter and reason."""
+    reasons = Counter(zip(bad["filter"], bad[column], strict=True))
     return tuple(
         Failure(name, what, status.removeprefix("failed:").strip(), count)
-        for (name, status), count in sorted(counted.items())
+        for (name, status), count in sorted(reasons.items())
     )

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
 
+ARROWS = {"better": "▲", "worse": "▼", "": ""}
+"""Behind a number: better or worse than doing nothing, or not to be told apart."""
+
 
 def summary(run_dir: Path) -> RenderableType:
     """What a run found, for ``rich.console.Console.print``; fits 100 columns.

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 from reports.filters import IN_MASK_CHANGE, IOU, MASKED, ORACLE, PSNR_CHANGE, RECALL_CHANGE, read
 from reports.run import Run
 from reports.tables import failures
-from reports.terminal import paragraphs, text_table
+from reports.terminal import ARROWS, paragraphs, text_table
 from reports.wording import number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-ARROWS = {"better": "▲", "worse": "▼", "": ""}
 LIT = (IOU, IN_MASK_CHANGE, PSNR_CHANGE, RECALL_CHANGE)
 
 

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 from reports import pairs
 from reports.pairs import DETECTION, REPAIR
 from reports.run import BASELINE, Run
-from reports.terminal import paragraphs, text_table
+from reports.terminal import ARROWS, paragraphs, text_table
 from reports.wording import number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-ARROWS = {"better": "▲", "worse": "▼", "": ""}
 
 
 def summary(run: Run) -> RenderableType:

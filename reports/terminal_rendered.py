@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from reports.run import Run
-from reports.terminal import paragraphs, text_table
+from reports.terminal import ARROWS, paragraphs, text_table
 from reports.wording import NBSP
 
 if TYPE_CHECKING:
@@ -47,5 +47,4 @@ def summary(run: Run) -> RenderableType:
 
 def _cell(value: str, bounds: str, kind: str) -> str:
     """A value, its mark and its interval on one line."""
-    arrow = {"better": "▲", "worse": "▼"}.get(kind, "")
-    return f"{value}{arrow} {bounds.replace(NBSP, '')}".rstrip()
+    return f"{value}{ARROWS[kind]} {bounds.replace(NBSP, '')}".rstrip()
