@@ -10,7 +10,7 @@ from itertools import product
 from bench import study as study_files
 from bench.backend_choice import BackendChoice
 from bench.errors import unknown_name
-from bench.study import DlrStudy, DriveStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
+from bench.study import BackendsStudy, DlrStudy, FiltersStudy, PairsStudy, RenderedStudy, Study
 from bench.study_model import DlrLightStudy, DlrPicturesStudy
 from vslam.filters.parameters import NO_DEFAULT, FilterParameter
 from vslam.filters.registry import FilterDescription
@@ -153,7 +153,7 @@ def _(study: DlrPicturesStudy) -> None:
 
 
 @check.register
-def _(study: DriveStudy) -> None:
+def _(study: BackendsStudy) -> None:
     _try_backends(study.backends, [("annotated", study.observation)])
 
 

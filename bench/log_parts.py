@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.data import dlr_folder
-from bench.study_model import DriveStudy, FiltersStudy, RenderedStudy, Study
+from bench.study_model import BackendsStudy, FiltersStudy, RenderedStudy, Study
 
 S = TypeVar("S", bound=Study)
 
@@ -18,7 +18,7 @@ def reads_data(study: Study) -> bool:
     """Whether the study is about recorded data, or its scene or camera comes out of the log."""
     if isinstance(study, FiltersStudy):
         return study.camera.source == "dlr" or any(_scene_asks(scene.name) for scene in study.scenes)
-    if isinstance(study, DriveStudy):
+    if isinstance(study, BackendsStudy):
         return any(drive.source in ("recorded", "virtual") for drive in study.drives)
     if not isinstance(study, RenderedStudy):
         return True

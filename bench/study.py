@@ -14,8 +14,8 @@ from bench.errors import BenchError, unknown_name
 from bench.study_errors import reason
 from bench.study_model import (
     SEQUENCES,
+    BackendsStudy,
     DlrStudy,
-    DriveStudy,
     FilterChoice,
     FiltersStudy,
     Illumination,
@@ -25,8 +25,8 @@ from bench.study_model import (
 )
 
 __all__ = [
+    "BackendsStudy",
     "DlrStudy",
-    "DriveStudy",
     "FilterChoice",
     "FiltersStudy",
     "Illumination",

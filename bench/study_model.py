@@ -22,6 +22,7 @@ from bench.study_parts import Illuminant, Name, NotNegative, Part, Positive
 __all__ = [
     "SEQUENCES",
     "BackendChoice",
+    "BackendsStudy",
     "CameraChoice",
     "ClosedLoopStudy",
     "ClosedLoopTask",
@@ -30,7 +31,6 @@ __all__ = [
     "DlrLightStudy",
     "DlrPicturesStudy",
     "DlrStudy",
-    "DriveStudy",
     "FileScene",
     "FilterChoice",
     "FiltersStudy",
@@ -392,13 +392,13 @@ class PairsStudy(Part):
     thresholds: tuple[Annotated[int, Field(ge=0, le=254)], ...] = Field((8, 16, 32), min_length=1)
 
 
-class DriveStudy(Part):
+class BackendsStudy(Part):
     """Back-ends compared on the same observations of known landmarks, simulated or recorded; no pictures.
 
     ``seeds`` repeats what is random: a simulated drive, never a recorded one.
     """
 
-    sequence: Literal["drives"]
+    sequence: Literal["backends"]
     name: Name
     title: str = ""
     description: str = ""
@@ -418,7 +418,7 @@ Study = Annotated[
     | DlrStudy
     | DlrPicturesStudy
     | DlrLightStudy
-    | DriveStudy
+    | BackendsStudy
     | PairsStudy
     | FiltersStudy
     | ClosedLoopStudy,

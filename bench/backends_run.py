@@ -18,7 +18,7 @@ from bench.score import Replay, run_and_score
 from bench.sequences import dlr, simulated
 from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
-from bench.study_model import BackendChoice, DriveStudy
+from bench.study_model import BackendChoice, BackendsStudy
 from bench.workers import workers
 from vslam.slam import SlamSettings
 
@@ -27,7 +27,7 @@ from vslam.slam import SlamSettings
 class Task:
     """A back-end on one repetition of a drive; ``log`` where the drive needs it."""
 
-    study: DriveStudy
+    study: BackendsStudy
     drive: AnyDrive
     backend: BackendChoice
     run: int
@@ -35,7 +35,7 @@ class Task:
     log: dlr.DlrLog | None
 
 
-def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
     facts = RunFacts("none")
     log = dlr.load(dlr_folder(options.data)) if log_parts.reads_data(study) else None
@@ -60,7 +60,7 @@ def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Pro
     return facts
 
 
-def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) -> Drive:
+def make(study: BackendsStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) -> Drive:
     """One repetition of a drive."""
     if isinstance(choice, LoopDrive):
         return simulated.round_loop(choice, study.seed, run)
@@ -72,11 +72,11 @@ def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) 
     return simulated.along_log(choice, log, study.seed, run)
 
 
-def _repetitions(study: DriveStudy, drive: AnyDrive) -> int:
+def _repetitions(study: BackendsStudy, drive: AnyDrive) -> int:
     return 1 if isinstance(drive, RecordedDrive | FileDrive) else study.seeds
 
 
-def _bound(task: tuple[DriveStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:
+def _bound(task: tuple[BackendsStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:
     study, choice, run, log = task
     return position_bound(make(study, choice, run, log))
 
