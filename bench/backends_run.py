@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench import log_parts
+from bench.backend_choice import BackendChoice
 from bench.data import dlr_folder
 from bench.dlr_run import write
 from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive
+from bench.kinds.backends import BackendsStudy
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
 from bench.progress import Progress
@@ -18,7 +19,6 @@ from bench.score import Replay, run_and_score
 from bench.sequences import dlr, simulated
 from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
-from bench.study_model import BackendChoice, BackendsStudy
 from bench.workers import workers
 from vslam.slam import SlamSettings
 
@@ -38,7 +38,7 @@ class Task:
 def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(options.data)) if log_parts.reads_data(study) else None
+    log = dlr.load(dlr_folder(options.data)) if study.reads_data() else None
     pairs = [(drive, k) for drive in study.drives for k in range(_repetitions(study, drive))]
     replays: list[Replay] = []
     with workers(options.workers) as pool:

@@ -91,7 +91,7 @@ def _variants(choice: Any) -> Iterator[Any]:
 def _takes_list(name: str, parameter: str) -> bool:
     try:
         known = registry.parameters(name)
-    except VslamError:  # an unknown filter is refused with all other unknown names, by `bench.catalogue`
+    except VslamError:  # an unknown filter is refused with all other unknown names, by `bench.study_checks`
         return False
     return any(p.name == parameter and isinstance(p.default, list | tuple) for p in known)
 

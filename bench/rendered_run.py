@@ -11,13 +11,13 @@ from pathlib import Path
 
 from bench import strips, tour
 from bench.data import cache_folder
+from bench.kinds.rendered import RenderedStudy
 from bench.options import RunOptions
 from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from bench import provenance
+from bench.kinds.rendered import RenderedStudy
 from bench.options import RunOptions
 from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.study import dump
-from bench.study_model import RenderedStudy, Study
+from bench.study_model import Study
 
 BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
 """About what a row of a table and a line of a trajectory take, for the check of free disk."""

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.file_scene import FileScene
+from bench.kinds.rendered import RenderedStudy
 from bench.own_scene.ground import Ground, bounds_of, ground_of
 from bench.own_scene.marks import beside, marked, placed
 from bench.own_scene.way import Way, planned, through
 from bench.rng import generator
-from bench.study_model import FileScene, RenderedStudy
 from scenes.errors import SceneError
 from scenes.floor import laid
 from scenes.geometry import MAX_EDGE_M

@@ -4,14 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench import catalogue, cli
+from bench import cli
 from bench.errors import BenchError
+from bench.kinds.backends import BackendsStudy
 from bench.options import RunOptions
 from bench.progress import Silent
 from bench.runner import run
 from bench.schema import RUN_COLUMNS
 from bench.store import read
-from bench.study import BackendsStudy, dump, load, parse
+from bench.study import dump, load, parse
 from reports import html
 from vslam.errors import VslamError
 
@@ -76,7 +77,7 @@ def test_packaged_studies_compare_the_literature(name):
     assert all(
         getattr(d, "odometry", None) is None or d.odometry.protocol == "measured" for d in study.drives
     )
-    catalogue.check(study)
+    study.check()
 
 
 def test_the_dissertations_sensor_is_stated():
@@ -113,7 +114,7 @@ def test_wrong_keys_are_one_line(old, new, message):
 )
 def test_wrong_back_ends_cost_no_run(old, new, message):
     with pytest.raises(VslamError, match=message):
-        catalogue.check(parse(TEXT.replace(old, new), "small.yaml"))
+        parse(TEXT.replace(old, new), "small.yaml").check()
 
 
 def test_a_run_that_breaks_down_is_a_row(tmp_path, monkeypatch):
