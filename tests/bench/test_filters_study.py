@@ -8,8 +8,9 @@ import scenes
 from bench import cli
 from bench.another_place import in_scenes
 from bench.filters_run import chosen, frames_of
-from bench.kinds.filters import FiltersStudy, LightLevel
+from bench.kinds.filters import FiltersStudy
 from bench.light_levels import at_level, in_scene
+from bench.scenes_study import LightLevel
 from bench.sequences.lighting import as_built
 from bench.study import dump, load, parse
 from scenes import library
