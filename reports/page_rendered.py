@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from reports import (
     figures_effects,
     figures_heat,
@@ -11,6 +13,7 @@ from reports import (
     provenance,
     terminal_rendered,
 )
+from reports.cases import Case, by_illumination
 from reports.comparison import Comparison, compare, left_out_text
 from reports.illuminations import illuminations
 from reports.kind import Kind
@@ -22,15 +25,21 @@ from reports.tables import failures
 from reports.verdict import mask_verdict, verdict
 from reports.wording import plural
 
+MAP_CAPTION = (
+    "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
+    "light with the lowest seed: chosen by rule, not by result. Estimates far outside the place are cut off."
+)
+
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
     maps, strip_section = _maps(run), _strips(run)  # first: they read files that may be damaged
     comparison = compare(run)
+    cases = by_illumination(run, comparison)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
     sections = (
-        Section("effect", "What the filters changed", pictures=_effects(run, comparison)),
-        Section("numbers", "All numbers", tables=headline.tables(run, comparison)),
+        Section("effect", "What the filters changed", pictures=effects(run, cases)),
+        Section("numbers", "All numbers", tables=headline.tables(run, cases)),
         Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
         strip_section,
         Section("map", "Where the robot thought it was", pictures=maps),
@@ -49,8 +58,9 @@ def compose(run: Run) -> Page:
     )
 
 
-def _effects(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
-    path = figures_effects.draw(run, comparison)
+def effects(run: Run, cases: Sequence[Case]) -> tuple[Picture, ...]:
+    """What the filters changed in each case; nothing where there is no filter."""
+    path = figures_effects.draw(run, cases)
     if path is None:
         return ()
     caption = (
@@ -95,13 +105,8 @@ def _strips(run: Run) -> Section:
 
 
 def _maps(run: Run) -> tuple[Picture, ...]:
-    caption = (
-        "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
-        "light with the lowest seed: chosen by rule, not by result. "
-        "Estimates far outside the place are cut off."
-    )
     drawn = ((scene, figures_map.draw_rendered(run, scene)) for scene in run.scenes)
-    return tuple(Picture(path, f"Map of the scene {scene}", caption) for scene, path in drawn if path)
+    return tuple(Picture(path, f"Map of the scene {scene}", MAP_CAPTION) for scene, path in drawn if path)
 
 
 def _failures(run: Run) -> tuple[str, ...]:
