@@ -9,13 +9,9 @@ from reports.cases import Case
 from reports.page import Cell, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
-from reports.tables import BASELINE_NOTE, COLUMNS, Column, Row, cell_text, headline, mark
+from reports.tables import BASELINE_NOTE, COLUMNS, MARK_NOTE, Column, Row, cell_text, headline, mark
 
 CSV = "figures/headline.csv"
-MARK_NOTE = (
-    "Below a value: its 95 % interval. ▲ better, ▼ worse than doing nothing: the interval of the paired "
-    "difference excludes zero."
-)
 Block = tuple[str, tuple[Row, ...]]
 
 
@@ -52,14 +48,17 @@ def _pooled(rows: tuple[Row, ...]) -> Table:
 def filter_lines(
     caption: str, told: Sequence[Block], columns: Sequence[Column], notes: tuple[str, ...] = ()
 ) -> Table:
-    """One filter a line, a group for each case; the filters that have any of the columns."""
+    """One filter a line, a group for each case; the filters that have any of the columns; last, if
+    any failed, how many SLAM runs did.
+    """
+    failed = any(row.failed for _, rows in told for row in rows)
     lines: list[TableRow] = []
     for label, rows in told:
         measured = [row for row in rows if any(c.key in row.cells for c in columns)]
         for i, row in enumerate(measured):
-            cells = (*(_cell(c, row) for c in columns), Cell(failed_text(row)))
+            cells = (*(_cell(c, row) for c in columns), *[Cell(failed_text(row))] * failed)
             lines.append(TableRow(row.label, cells, group=label * (i == 0)))
-    head = (*(column.heading for column in columns), "failed")
+    head = (*(column.heading for column in columns), *["failed"] * failed)
     return Table(caption, "filter", head, tuple(lines), notes, CSV)
 
 

@@ -13,7 +13,7 @@ from reports.page import Page, Picture, Section, Table
 from reports.page_rendered import MAP_CAPTION, effects
 from reports.run import Run
 from reports.statistics import MIN_UNITS
-from reports.tables import COLUMNS, failures
+from reports.tables import COLUMNS, MARK_NOTE, failures
 from reports.terminal import of_table, paragraphs
 from reports.verdict import verdict
 from reports.wording import plural
@@ -62,7 +62,7 @@ def tables(run: Run, pooled: tuple[Case, ...], each: tuple[Case, ...]) -> tuple[
     columns = [column for column in COLUMNS if column.key in downstream.KEYS]
     return (
         headline.filter_lines("All scenes together", of_all, columns),
-        headline.filter_lines("Each scene under each light", of_each, columns, (headline.MARK_NOTE,)),
+        headline.filter_lines("Each scene under each light", of_each, columns, (MARK_NOTE,)),
     )
 
 
