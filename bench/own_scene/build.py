@@ -56,15 +56,6 @@ def build(study: RenderedStudy) -> Scene:
     SceneError
         In one line, for whatever is wrong with the file, its floor, its tour or its landmarks.
     """
-    return _cached(study)[0]
-
-
-def sha256(study: RenderedStudy) -> str:
-    """Of the study's scene file and all that it refers to; empty for a scene of the library."""
-    return _cached(study)[1] if study.scene.file else ""
-
-
-def _cached(study: RenderedStudy) -> tuple[Scene, str]:
     choice, tour = study.scene.file, study.tour
     assert choice is not None
     path = Path(choice.path).expanduser()
@@ -74,15 +65,13 @@ def _cached(study: RenderedStudy) -> tuple[Scene, str]:
 
 
 @lru_cache(maxsize=2)  # of the process: a large file takes a while to read
-def _build(
-    path: Path, stamp: int, choice: FileScene, name: str, seed: int, drive: Drive
-) -> tuple[Scene, str]:
+def _build(path: Path, stamp: int, choice: FileScene, name: str, seed: int, drive: Drive) -> Scene:
     found = load(path)
     floored = laid(found.surfaces, choice.floor)
     surfaces = tessellated(floored.surfaces, floored.floor)
     ground = ground_of(surfaces, floored.floor)
     way = _way(choice, found.marks, ground, drive.radius_m, name)
-    scene = Scene(
+    return Scene(
         name=name,
         surfaces=surfaces,
         landmarks=_landmarks(choice, found.marks, ground, way, seed, name),
@@ -97,7 +86,6 @@ def _build(
         bounds=_bounds(surfaces, floored.floor, way),
         notices=found.notices + _about_lamps(found.bulbs),
     )
-    return scene, found.sha256
 
 
 def tessellated(surfaces: Sequence[Surface], floor: Sequence[str]) -> tuple[Surface, ...]:
