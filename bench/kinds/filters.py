@@ -13,7 +13,7 @@ from bench.robot_choice import DiscChoice
 from bench.scene_choice import SceneChoice
 from bench.sensor_choice import SensorChoice
 from bench.study_model import Study
-from bench.study_parts import Name, NotNegative, Part
+from bench.study_parts import Name, NotNegative, Part, distinct
 
 
 class LightLevel(Part):
@@ -41,14 +41,6 @@ def _named(scenes: Any) -> Any:
     return [{"name": scene} if isinstance(scene, str) else scene for scene in scenes]
 
 
-def _names_differ(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    names = [part.name for part in parts]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"the name {name!r} stands twice")
-    return parts
-
-
 class FiltersStudy(Study):
     """Light filters compared in several scenes at the same levels of light, picture by picture.
 
@@ -58,11 +50,11 @@ class FiltersStudy(Study):
     """
 
     sequence: Literal["filters"]
-    scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(_names_differ)] = (
+    scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(distinct("name"))] = (
         Field((SceneChoice(),), min_length=1)
     )
     split: Literal["train", "test", "validation"] = "test"
-    levels: Annotated[tuple[LightLevel, ...], AfterValidator(_names_differ)] = Field(
+    levels: Annotated[tuple[LightLevel, ...], AfterValidator(distinct("name"))] = Field(
         (LightLevel(name="lamps", lamps=1.0),), min_length=1
     )
     frames: int = Field(6, ge=1)

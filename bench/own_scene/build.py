@@ -20,6 +20,7 @@ from scenes.errors import SceneError
 from scenes.floor import laid
 from scenes.geometry import MAX_EDGE_M
 from scenes.gltf.importer import Mark, load
+from scenes.materials import DISC_BLACK, DISC_WHITE
 from scenes.model import Bulb, FloatArray, Landmark, Scene, Sky, Sun, Surface
 from scenes.tessellate import tessellate
 from scenes.waypoints import follow
@@ -36,7 +37,6 @@ SIGHT_M = 12.0
 
 USUAL_SUN = Sun(azimuth_deg=180.0, elevation_deg=40.0, lux=20_000.0)
 USUAL_SKY = Sky(2_500.0)
-PAINT_WHITE, PAINT_BLACK = (0.85, 0.85, 0.83), (0.03, 0.03, 0.03)
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,8 @@ def _build(path: Path, stamp: int, choice: FileScene, name: str, seed: int, driv
         tour=follow(way.points, way.closed, choice.laps, drive.speed_mps, drive.interval_s),
         floor=floored.floor[0],
         inlays=floored.floor[1:],
-        paint_white=PAINT_WHITE,
-        paint_black=PAINT_BLACK,
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=_bounds(surfaces, floored.floor, way),
         notices=found.notices + _about_lamps(found.bulbs),
     )
