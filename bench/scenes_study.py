@@ -13,7 +13,7 @@ from bench.robot_choice import DiscChoice
 from bench.scene_choice import SceneChoice
 from bench.sensor_choice import SensorChoice
 from bench.study_model import Study
-from bench.study_parts import Name, NotNegative, Part
+from bench.study_parts import Name, NotNegative, Part, distinct
 
 
 class LightLevel(Part):
@@ -41,25 +41,17 @@ def _named(scenes: Any) -> Any:
     return [{"name": scene} if isinstance(scene, str) else scene for scene in scenes]
 
 
-def _names_differ(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    names = [part.name for part in parts]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"the name {name!r} stands twice")
-    return parts
-
-
 class ScenesStudy(Study):
     """Several scenes at the same levels of light (`bench.light_levels`).
 
     ``split`` is that of every library scene without one of its own.
     """
 
-    scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(_names_differ)] = (
+    scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(distinct("name"))] = (
         Field((SceneChoice(),), min_length=1)
     )
     split: Literal["train", "test", "validation"] = "test"
-    levels: Annotated[tuple[LightLevel, ...], AfterValidator(_names_differ)] = Field(
+    levels: Annotated[tuple[LightLevel, ...], AfterValidator(distinct("name"))] = Field(
         (LightLevel(name="lamps", lamps=1.0),), min_length=1
     )
     camera: CameraChoice = CameraChoice.model_validate({})

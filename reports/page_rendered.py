@@ -20,11 +20,14 @@ from reports.kind import Kind
 from reports.page import Page, Picture, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
-from reports.strips import strips
 from reports.tables import failures
 from reports.verdict import mask_verdict, verdict
 from reports.wording import plural
 
+SHOWN = (
+    "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
+    "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects."
+)
 MAP_CAPTION = (
     "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
     "light with the lowest seed: chosen by rule, not by result. Estimates far outside the place are cut off."
@@ -33,7 +36,10 @@ MAP_CAPTION = (
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
-    maps, strip_section = _maps(run), _strips(run)  # first: they read files that may be damaged
+    maps, strip_section = (
+        _maps(run),
+        figures_strips.section(run, SHOWN),
+    )  # first: they read files that may be damaged
     comparison = compare(run)
     cases = by_illumination(run, comparison)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
@@ -89,19 +95,6 @@ def _heat_caption(metric: figures_heat.HeatMetric, timed: bool) -> str:
         f"{unit}{sun.capitalize()} (on a surface facing it) against the light of each bulb; all panels share "
         f"one colour scale. {better} is better, and brighter."
     )
-
-
-def _strips(run: Run) -> Section:
-    chosen, stored = strips(run)
-    figures_strips.draw(run, chosen)
-    left = stored - len(chosen)
-    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
-    text = (
-        "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
-        "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects.",
-    )
-    heading = "What the filters see and make"
-    return Section("strips", heading, text if chosen else (), strips=chosen, strips_note=note)
 
 
 def _maps(run: Run) -> tuple[Picture, ...]:

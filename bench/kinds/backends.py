@@ -8,9 +8,9 @@ from pydantic import AfterValidator, Field
 
 from bench import study_checks
 from bench.backend_choice import Backends
-from bench.drive_choice import AnyDrive, distinct_drives
+from bench.drive_choice import AnyDrive
 from bench.study_model import Study
-from bench.study_parts import Name
+from bench.study_parts import Name, distinct
 
 
 class BackendsStudy(Study):
@@ -23,7 +23,7 @@ class BackendsStudy(Study):
     drives: Annotated[
         tuple[Annotated[AnyDrive, Field(discriminator="source")], ...],
         Field(min_length=1),
-        AfterValidator(distinct_drives),
+        AfterValidator(distinct("name")),
     ]
     backends: Backends
     observation: Name = "cartesian"
