@@ -15,6 +15,7 @@ from bench.perception import FramePercepts, Perception
 from bench.progress import Progress
 from bench.rng import generator
 from bench.run_facts import RunFacts, landmark_csv, run_stem
+from bench.sequences.lighting import load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
 from bench.workers import Workers
@@ -47,8 +48,7 @@ class Toured:
 def take(setup: SequenceSetup, pool: Workers, facts: RunFacts, progress: Progress) -> Toured:
     """Perceive a scene's tour, then localise every variant with every odometry seed."""
     sequence = RenderedSequence(setup)
-    with facts.timed("perceive"):
-        percepts = _perceive(setup, len(sequence), pool, progress)
+    percepts = perceive(setup, pool, facts, progress)
     with facts.timed("localise"):
         occupancy = true_occupancy(sequence.scene, setup.study.navigation.resolution_m)
         localised = _localise(sequence, occupancy, percepts, pool, progress)
@@ -86,9 +86,11 @@ def _perceive_frame(task: tuple[bytes, int]) -> FramePercepts:
     return perception(pickled_setup).frame(frame)
 
 
-def _perceive(setup: SequenceSetup, frames: int, pool: Workers, progress: Progress) -> list[FramePercepts]:
+def perceive(setup: SequenceSetup, pool: Workers, facts: RunFacts, progress: Progress) -> list[FramePercepts]:
+    """Every frame of a tour, under every illumination with every filter."""
     pickled, percepts = pickle.dumps(setup), []
-    with progress.stage("perceive", frames) as advance:
+    frames = len(load_scene(setup.study).tour.stamps)
+    with facts.timed("perceive"), progress.stage("perceive", frames) as advance:
         for result in pool.map(_perceive_frame, [(pickled, k) for k in range(frames)]):
             percepts.append(result)
             advance(1)
