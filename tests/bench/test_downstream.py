@@ -1,5 +1,6 @@
 """A study of several scenes through the whole chain: what it asks of each, and a tiny one to its report."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -18,10 +19,9 @@ scenes: [small-hall, far-hall]
 levels:
   - {name: lamps, lamps: 1}
   - {name: strong, sun: 2, lamps: 4}
-camera: {width: 160, height: 120}
 engine: raycast
-tour: {frame_interval_s: 1.5}
-sensor: {exposure: 0.002}
+tour: {frame_interval_s: 2.5}
+sensor: {max_exposure_s: 0.008}
 odometry: {sigma_heading_rad_per_m: 0.05}
 filters: [seed]
 seeds: 2
@@ -76,14 +76,19 @@ def test_the_table_in_markdown_is_what_the_stored_rows_say(tiny_run):
     for (scene, light, name), rows in frames.groupby(["scene", "illumination", "filter"]):
         own = runs[(runs["scene"] == scene) & (runs["illumination"] == light) & (runs["filter"] == name)]
         hits = rows["detections_true"].sum()
+        assert hits > 0 or name != "none"
         expected = [
             100 * hits / rows["landmarks_visible"].sum(),
-            100 * hits / rows["landmarks_detected"].sum(),
+            100 * hits / (rows["landmarks_detected"].sum() or np.nan),
             own["rmse_m"].mean(),
             100 * own["nav_success"].mean(),
         ]
         label = "do nothing" if name == "none" else name
-        assert told[f"{scene}, {light}", label] == pytest.approx(expected, abs=0.051), (scene, light, name)
+        assert told[f"{scene}, {light}", label] == pytest.approx(expected, abs=0.051, nan_ok=True), (
+            scene,
+            light,
+            name,
+        )
     together = rows_of(text, "All scenes together")
     untouched = frames[frames["filter"] == "none"]
     recall = 100 * untouched["detections_true"].sum() / untouched["landmarks_visible"].sum()
