@@ -57,8 +57,8 @@ CAVEATS = (
     "goals and random streams, so they are compared drive by drive (McNemar's exact test).",
     "The robot moves as commanded plus the study's noise, and its odometry reports the command; it stops "
     "and turns at once. It is given its start and the goal in one frame, and the extent of the place.",
-    "Where blocks of pixels agree they share shadow rays: a robot waits for its picture. In the study's "
-    "scene at most one pixel in a thousand differs by more than 8 grey levels from the pictures of other "
+    "Where blocks of pixels agree they share shadow rays: a robot waits for its picture. In the scene "
+    "corridor at most one pixel in a thousand differs by more than 8 grey levels from the pictures of other "
     "studies.",
 )
 
