@@ -9,10 +9,12 @@ from pydantic import ValidationError
 from bench import log_parts
 from bench.errors import BenchError, unknown_name
 from bench.file_scene import is_file
+from bench.kinds.filters import FiltersStudy
+from bench.kinds.rendered import RenderedStudy
+from bench.scene_choice import SceneChoice
 from bench.sequences import lamps
 from bench.sequences.lighting import as_built
 from bench.study_errors import reason
-from bench.study_model import FiltersStudy, RenderedStudy, SceneChoice
 from scenes import library
 
 

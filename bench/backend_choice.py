@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, model_validator
 
-from bench.study_parts import Name, Part
+from bench.study_parts import Name, Part, distinct
 
 
 class BackendChoice(Part):
@@ -25,12 +25,4 @@ class BackendChoice(Part):
         return value
 
 
-def _distinct(choices: tuple[BackendChoice, ...]) -> tuple[BackendChoice, ...]:
-    labels = [choice.label for choice in choices]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise ValueError(f"the label {label!r} stands twice; give one of them another label")
-    return choices
-
-
-Backends = Annotated[tuple[BackendChoice, ...], Field(min_length=1), AfterValidator(_distinct)]
+Backends = Annotated[tuple[BackendChoice, ...], Field(min_length=1), AfterValidator(distinct("label"))]

@@ -14,6 +14,9 @@ from bench import strips
 from bench.camera_choice import calibration
 from bench.data import dlr_folder
 from bench.dlr_detection import GATE_M
+from bench.illumination_grid import Illumination
+from bench.kinds.dlr_light import DlrLightStudy
+from bench.kinds.rendered import RenderedStudy
 from bench.metrics import mask, restoration
 from bench.metrics.detection import match
 from bench.options import RunOptions
@@ -27,7 +30,6 @@ from bench.sequences.dlr_light import Composite, FloorLight, study_of
 from bench.sequences.dlr_pictures import read_picture, thinned
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import DlrLightStudy, Illumination, RenderedStudy
 from bench.workers import workers
 from renderers.engine import choose_engine
 from vslam.detect import DiscDetector

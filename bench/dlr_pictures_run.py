@@ -18,6 +18,7 @@ from bench.camera_choice import CameraChoice, calibration
 from bench.data import dlr_folder
 from bench.dlr_detection import Scores, score
 from bench.dlr_overlay import draw, sheet
+from bench.kinds.dlr_pictures import DlrPicturesStudy
 from bench.options import RunOptions
 from bench.perception import detector_settings, make_filter
 from bench.pictures import write_png
@@ -29,7 +30,6 @@ from bench.sequences.dlr_camera import robot_camera
 from bench.sequences.dlr_mount import Sighting, calibrated
 from bench.sequences.dlr_pictures import mapped_discs, on_picture, read_picture, thinned
 from bench.store import RunFolder
-from bench.study_model import DlrPicturesStudy
 from bench.workers import Workers, workers
 from vslam.detect import DiscDetector
 from vslam.filters.apply import FilterFailureError, apply

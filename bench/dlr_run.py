@@ -7,7 +7,9 @@ from itertools import product
 import numpy as np
 
 from bench import replay
+from bench.backend_choice import BackendChoice
 from bench.data import dlr_folder
+from bench.kinds.dlr import DlrStudy
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
 from bench.progress import Progress
@@ -16,7 +18,6 @@ from bench.score import Replay
 from bench.sequences import dlr
 from bench.sequences.drive import recorded
 from bench.store import RunFolder
-from bench.study_model import BackendChoice, DlrStudy
 from vslam.slam import SlamSettings, decides_over_drive
 
 OWN_ESTIMATOR = "local_map"

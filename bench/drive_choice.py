@@ -82,17 +82,3 @@ class FileDrive(Part):
 
 
 AnyDrive = RecordedDrive | VirtualDrive | LoopDrive | FileDrive
-
-
-def distinct_drives(drives: tuple[AnyDrive, ...]) -> tuple[AnyDrive, ...]:
-    """Refuse two drives of one name.
-
-    Raises
-    ------
-    ValueError
-    """
-    names = [drive.name for drive in drives]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"the name {name!r} stands twice; give one of the drives another name")
-    return drives

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from bench.drive import scores
 from bench.drive.closed_loop import ClosedLoop, Drive
 from bench.drive.episode import Episode, draw
+from bench.filter_choice import FilterChoice
+from bench.illumination_grid import Illumination
+from bench.kinds.drive import ClosedLoopStudy
 from bench.options import RunOptions
 from bench.progress import Progress
 from bench.rendered_run import writable_cache
@@ -20,7 +23,6 @@ from bench.schema import DRIVE_COLUMNS
 from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import ClosedLoopStudy, FilterChoice, Illumination
 from bench.workers import workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene

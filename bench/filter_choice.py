@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, Valida
 
 from bench.errors import BenchError
 from bench.study_errors import reason
-from bench.study_parts import Part
+from bench.study_parts import Part, distinct
 from vslam.errors import VslamError
 from vslam.filters import discovery, registry
 
@@ -91,7 +91,7 @@ def _variants(choice: Any) -> Iterator[Any]:
 def _takes_list(name: str, parameter: str) -> bool:
     try:
         known = registry.parameters(name)
-    except VslamError:  # an unknown filter is refused with all other unknown names, by `bench.catalogue`
+    except VslamError:  # an unknown filter is refused with all other unknown names, by `bench.study_checks`
         return False
     return any(p.name == parameter and isinstance(p.default, list | tuple) for p in known)
 
@@ -105,14 +105,6 @@ def _shown(value: object) -> str:
 def _none_first(filters: tuple[FilterChoice, ...]) -> tuple[FilterChoice, ...]:
     """Doing nothing always stands beside the filters."""
     return (FilterChoice(name=BASELINE), *(f for f in filters if f.name != BASELINE))
-
-
-def _labels_differ(filters: Sequence[FilterChoice]) -> Sequence[FilterChoice]:
-    labels = [choice.label for choice in filters]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise ValueError(f"the label {label!r} stands twice; give one of them another label")
-    return filters
 
 
 def from_option(names: Sequence[str]) -> tuple[FilterChoice, ...]:
@@ -134,7 +126,7 @@ Filters = Annotated[
     tuple[FilterChoice, ...],
     BeforeValidator(_swept),
     AfterValidator(_none_first),
-    AfterValidator(_labels_differ),
+    AfterValidator(distinct("label")),
 ]
 """A study's filters, or "all" that are registered: sweeps written out, doing nothing first, each with a label
 of its own."""

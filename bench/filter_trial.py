@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.illumination_grid import Illumination
 from bench.metrics import mask, restoration
 from bench.perception import Attempt, Perception, unmeasured, visible_landmarks
-from bench.study_model import Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from vslam.filters.base import Filtered

@@ -10,8 +10,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from bench import strips
+from bench.filter_choice import FilterChoice
 from bench.filter_times import milliseconds
 from bench.filter_trial import Trial, try_filters
+from bench.kinds.filters import FiltersStudy
 from bench.light_levels import in_scene
 from bench.options import RunOptions
 from bench.perception import make_filter
@@ -23,7 +25,6 @@ from bench.schema import FRAME_COLUMNS, TIME_COLUMNS
 from bench.sequences.lighting import load_scene
 from bench.sequences.rendered import SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import FilterChoice, FiltersStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from vslam.filters.apply import FilterFailureError

@@ -18,12 +18,12 @@ from bench.datasets.model import REQUEST, Place, Request, Row
 from bench.datasets.places import places
 from bench.datasets.verify import read_request
 from bench.errors import BenchError
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.progress import Progress
 from bench.provenance import version
 from bench.rendered_run import prepared
 from bench.run_facts import RunFacts
-from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 

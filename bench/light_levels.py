@@ -6,9 +6,11 @@ from pathlib import Path
 
 from bench import log_parts
 from bench.illumination_grid import Illumination, IlluminationGrid
+from bench.kinds.filters import FiltersStudy, LightLevel
+from bench.kinds.rendered import RenderedStudy
+from bench.scene_choice import SceneChoice
 from bench.sequences import lamps
 from bench.sequences.lighting import as_built
-from bench.study_model import FiltersStudy, LightLevel, RenderedStudy, SceneChoice
 from scenes.model import Scene
 
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.metrics import landmarks, navigation, trajectory
 from bench.oracle import observed, slam_settings
 from bench.perception import Percept
 from bench.run_facts import empty_run_row
 from bench.schema import RUN_COLUMNS
 from bench.sequences.rendered import odometry
-from bench.study_model import Illumination, RenderedStudy
 from vslam.errors import VslamError
 from vslam.geometry import to_global, to_local
 from vslam.motion import move

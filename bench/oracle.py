@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bench.study_model import SlamChoice
+from bench.robot_choice import SlamChoice
 from vslam.frame import Observations
 from vslam.slam import SlamSettings
 

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from bench import strips
 from bench.errors import BenchError
+from bench.filter_choice import FilterChoice
+from bench.kinds.pairs import PairsStudy
 from bench.metrics import mask as mask_metrics
 from bench.metrics import picture_pairs
 from bench.options import RunOptions
@@ -24,7 +26,6 @@ from bench.run_facts import RunFacts
 from bench.schema import MASK_COLUMNS, PICTURE_COLUMNS
 from bench.sequences.pairs import PairFiles, PicturePair, as_light, find, load
 from bench.store import RunFolder
-from bench.study_model import FilterChoice, PairsStudy
 from bench.workers import workers
 from vslam.filters.apply import FilterFailureError, apply
 from vslam.filters.base import Encoding, Filtered, LightFilter, PictureCalibration

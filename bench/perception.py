@@ -10,10 +10,12 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.filter_choice import FilterChoice
+from bench.illumination_grid import Illumination
 from bench.metrics import detection, mask, restoration
+from bench.robot_choice import DiscChoice
 from bench.schema import FRAME_COLUMNS
 from bench.sequences.rendered import RenderedSequence, calibration
-from bench.study_model import DiscChoice, FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from vslam.detect import DetectorSettings, DiscDetector

@@ -28,7 +28,12 @@ PACKAGES = (
 
 
 def collect(
-    *, seed: int, engine: str, command: Sequence[str] = (), seconds: Mapping[str, float] | None = None
+    *,
+    seed: int,
+    engine: str,
+    command: Sequence[str] = (),
+    seconds: Mapping[str, float] | None = None,
+    files: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Gather everything, ready for JSON.
 
@@ -42,6 +47,8 @@ def collect(
         The command line as typed; the home folder in it becomes ``~``.
     seconds : mapping of str to float
         Wall-clock seconds per stage.
+    files : mapping of str to str
+        SHA-256 of the user's files by path (`bench.named_files`).
     """
     return {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -49,6 +56,7 @@ def collect(
         "seed": seed,
         "engine": engine,
         "seconds": {stage: round(value, 3) for stage, value in (seconds or {}).items()},
+        "files_sha256": {_without_home(path): digest for path, digest in (files or {}).items()},
         "glarebench": version("glarebench"),
         "git": commit(),
         "python": platform.python_version(),

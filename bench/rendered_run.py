@@ -14,6 +14,7 @@ import numpy as np
 
 from bench import strips
 from bench.data import cache_folder
+from bench.kinds.rendered import RenderedStudy
 from bench.localisation import Localised, Variant, World, localise
 from bench.metrics import navigation
 from bench.options import RunOptions
@@ -24,7 +25,6 @@ from bench.run_facts import RunFacts, landmark_csv, run_stem
 from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
-from bench.study_model import RenderedStudy
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bench import provenance
+from bench import named_files, provenance
 from bench.options import RunOptions
 from bench.progress import Progress
 from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.study import dump
-from bench.study_model import RenderedStudy, Study
+from bench.study_model import Study
 
 BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
 """About what a row of a table and a line of a trajectory take, for the check of free disk."""
@@ -45,13 +45,14 @@ def run(
     """
     with RunFolder(options.out, study.name) as folder:
         folder.write_text("study.yaml", dump(study))
+        files = named_files.sha256(study)  # before they can change
         facts = _run_of(study)(study, folder, options, progress)
-        _write_provenance(folder, study, options, facts)
+        _write_provenance(folder, study, options, facts, files)
         if report is not None:
             with facts.timed("report"), progress.stage("report", 1) as advance:
                 report(folder.path)
                 advance(1)
-            _write_provenance(folder, study, options, facts)
+            _write_provenance(folder, study, options, facts, files)
     return folder.path
 
 
@@ -62,13 +63,11 @@ def _run_of(study: Study) -> Callable[[Any, RunFolder, RunOptions, Progress], Ru
     return run_it
 
 
-def _write_provenance(folder: RunFolder, study: Study, options: RunOptions, facts: RunFacts) -> None:
+def _write_provenance(
+    folder: RunFolder, study: Study, options: RunOptions, facts: RunFacts, files: Mapping[str, str]
+) -> None:
     collected = provenance.collect(
-        seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds
+        seed=study.seed, engine=facts.engine, command=options.command, seconds=facts.seconds, files=files
     )
     first: dict[str, object] = {"study": study.name, "engine_notice": facts.engine_notice}
-    if isinstance(study, RenderedStudy) and study.scene.file is not None:
-        from bench.own_scene.build import sha256
-
-        first["scene_file_sha256"] = sha256(study)
     folder.write_json("provenance.json", first | collected)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-FRAME_COLUMNS: dict[str, str] = {
+_LIGHT = {
     "scene": "string",
     "illumination": "string",
     "time": "string",
@@ -10,15 +10,28 @@ FRAME_COLUMNS: dict[str, str] = {
     "bulb_lm": "float64",
     "lamps": "string",
     "exposure_ev": "float64",
-    "frame": "int64",
+}
+_VARIANT = {
     "filter": "string",
-    "engine": "string",
+    "backend": "string",
+    "association": "string",
+    "observation": "string",
+}
+_MASK_SCORES = {
     "iou": "float64",
     "f1": "float64",
     "precision": "float64",
     "recall": "float64",
     "ber": "float64",
     "ap": "float64",
+}
+
+FRAME_COLUMNS: dict[str, str] = {
+    **_LIGHT,
+    "frame": "int64",
+    "filter": "string",
+    "engine": "string",
+    **_MASK_SCORES,
     "psnr_db": "float64",
     "ssim": "float64",
     "psnr_in_mask_db": "float64",
@@ -36,17 +49,8 @@ has no metrics there: NaN, no detections. ``time`` is a time of day, "09:00", em
 over what is metered."""
 
 RUN_COLUMNS: dict[str, str] = {
-    "scene": "string",
-    "illumination": "string",
-    "time": "string",
-    "sun_lux": "float64",
-    "bulb_lm": "float64",
-    "lamps": "string",
-    "exposure_ev": "float64",
-    "filter": "string",
-    "backend": "string",
-    "association": "string",
-    "observation": "string",
+    **_LIGHT,
+    **_VARIANT,
     "seed": "int64",
     "steps": "int64",
     "rmse_m": "float64",
@@ -109,29 +113,15 @@ MASK_COLUMNS: dict[str, str] = {
     "picture": "string",
     "filter": "string",
     "truth": "string",
-    "iou": "float64",
-    "f1": "float64",
-    "precision": "float64",
-    "recall": "float64",
-    "ber": "float64",
-    "ap": "float64",
+    **_MASK_SCORES,
     "masked_share": "float64",
     "true_share": "float64",
 }
 """``masks.parquet`` of such a study: one row per picture, filter and true mask ("residue > 16")."""
 
 DRIVE_COLUMNS: dict[str, str] = {
-    "scene": "string",
-    "illumination": "string",
-    "time": "string",
-    "sun_lux": "float64",
-    "bulb_lm": "float64",
-    "lamps": "string",
-    "exposure_ev": "float64",
-    "filter": "string",
-    "backend": "string",
-    "association": "string",
-    "observation": "string",
+    **_LIGHT,
+    **_VARIANT,
     "task": "string",
     "episode": "int64",
     "outcome": "string",

@@ -44,11 +44,11 @@ def choose(rows: Sequence[Row]) -> list[Choice]:
     The change is against doing nothing to the same picture, so that a dim picture, which any filter leaves
     close to its target, does not pass for a good repair.
     """
-    untouched = {(r["illumination"], r["frame"]): r["psnr_db"] for r in rows if r["filter"] == "none"}
+    untouched = {_picture(r): r["psnr_db"] for r in rows if r["filter"] == "none"}
     choices = []
     for label in dict.fromkeys(r["filter"] for r in rows if r["filter"] != "none"):
         own = [r for r in rows if r["filter"] == label]
-        change = np.array([r["psnr_db"] - untouched[r["illumination"], r["frame"]] for r in own])
+        change = np.array([r["psnr_db"] - untouched[_picture(r)] for r in own])
         finite = np.flatnonzero(np.isfinite(change))
         if len(finite) == 0:
             continue
@@ -56,6 +56,11 @@ def choose(rows: Sequence[Row]) -> list[Choice]:
         for rank, place in zip(RANKS, (order[-1], order[len(order) // 2], order[0]), strict=True):
             choices.append(Choice(rank, own[place]))
     return choices
+
+
+def _picture(row: Row) -> tuple[Any, ...]:
+    """Which picture a filter was given."""
+    return row["scene"], row["illumination"], row["frame"]
 
 
 def render(choice: Choice, sequence: RenderedSequence) -> Strip:

@@ -5,39 +5,14 @@ from __future__ import annotations
 from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import yaml
 from pydantic import ValidationError
 
 from bench.errors import BenchError, unknown_name
 from bench.study_errors import reason
-from bench.study_model import (
-    SEQUENCES,
-    DlrStudy,
-    DriveStudy,
-    FilterChoice,
-    FiltersStudy,
-    Illumination,
-    PairsStudy,
-    RenderedStudy,
-    Study,
-)
-
-__all__ = [
-    "DlrStudy",
-    "DriveStudy",
-    "FilterChoice",
-    "FiltersStudy",
-    "Illumination",
-    "PairsStudy",
-    "RenderedStudy",
-    "Study",
-    "dump",
-    "load",
-    "names",
-    "parse",
-]
+from bench.study_model import Study, models
 
 
 def names() -> list[str]:
@@ -134,13 +109,12 @@ def _yaml_reason(error: yaml.YAMLError) -> str:
 
 def _model_of(content: dict[Any, Any], where: str) -> type[Study]:
     """The model that the key ``sequence`` chooses."""
-    models = {get_args(model.model_fields["sequence"].annotation)[0]: model for model in SEQUENCES}
-    allowed = " or ".join(models)
+    allowed = " or ".join(models())
     if "sequence" not in content:
         near = get_close_matches("sequence", [str(key) for key in content], n=1)
         hint = f" (instead of {near[0]!r}?)" if near else ""
         raise BenchError(f"{where}: sequence: is missing{hint}; allowed: {allowed}")
     kind = content["sequence"]
-    if not isinstance(kind, str) or kind not in models:
+    if not isinstance(kind, str) or kind not in models():
         raise BenchError(f"{where}: sequence: {kind!r} is not known; allowed: {allowed}")
-    return models[kind]
+    return models()[kind]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
@@ -21,6 +21,8 @@ def _illuminant(name: str) -> str:
     return name
 
 
+Parts = TypeVar("Parts", bound=Sequence[Any])
+
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]  # also the name of a folder
 Share = Annotated[float, Field(gt=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
@@ -32,6 +34,19 @@ class Part(BaseModel):
     """Base of all parts: unknown keys refused, immutable, finite numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def distinct(key: str) -> Callable[[Parts], Parts]:
+    """A validator that refuses two parts of one ``key``, such as two of one name."""
+
+    def check(parts: Parts) -> Parts:
+        values = [getattr(part, key) for part in parts]
+        for value in values:
+            if values.count(value) > 1:
+                raise ValueError(f"the {key} {value!r} stands twice; give one of them another {key}")
+        return parts
+
+    return check
 
 
 def refuse_unknown(keys: Iterable[object], known: Sequence[str]) -> None:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+from bench.kinds.rendered import RenderedStudy
 from bench.options import RunOptions
 from bench.progress import Silent
 from bench.runner import run
 from bench.study import load
-from bench.study_model import RenderedStudy
 
 
 def warm_up() -> None:

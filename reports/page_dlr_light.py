@@ -8,10 +8,9 @@ from reports.frame_sums import FrameSums, frame_sums
 from reports.kind import Kind
 from reports.page import Cell, Page, Section, Table, TableRow
 from reports.run import BASELINE, Run
-from reports.strips import strips
 from reports.style import write_csv
 from reports.tables import failures
-from reports.wording import interval, number, plural
+from reports.wording import interval, number
 
 NOTES = (
     "The light is composited: real pictures, to which the specular light of a polished floor was added in "
@@ -31,14 +30,10 @@ NOTES = (
 
 def compose(run: Run) -> Page:
     """Draw the figures and lay out the page."""
-    shown, stored = strips(run)
-    figures_strips.draw(run, shown)
     sums = frame_sums(run)
-    left = stored - len(shown)
-    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
     sections = (
         Section("numbers", "Filters and detector under each light", tables=(table(run, sums),)),
-        Section("strips", "What the filters see and make", strips=shown, strips_note=note),
+        figures_strips.section(run),
         Section("failures", "Filters that failed", bullets=tuple(f.text for f in failures(run))),
         Section("reading", "How to read this", bullets=NOTES),
     )

@@ -9,31 +9,24 @@ from reports.kind import Kind
 from reports.page import Page, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
-from reports.strips import strips
 from reports.tables import failures
 from reports.verdict_filters import harm_verdict, oracle_verdict, verdict
-from reports.wording import plural
+
+SHOWN = (
+    "Every filter on the same picture: of all with any highlight, the one with the median share of it. "
+    "White in a mask is what light affects."
+)
 
 
 def compose(run: Run) -> Page:
     """Draw the figures and lay out the page."""
-    shown, stored = strips(run)
-    figures_strips.draw(run, shown)
     told = filters.read(run)
-    left = stored - len(shown)
-    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
-    text = (
-        "Every filter on the same picture: of all with any highlight, the one with the median share of it. "
-        "White in a mask is what light affects.",
-    )
     sections = (
         Section("numbers", "All filters", tables=tables_filters.overview(told)),
         Section("cost", "Quality and time", pictures=figures_filters.pictures(told)),
         Section("harm", "Do no harm", tables=(tables_filters.harm(told),)),
         Section("where", "By scene and light", _levels_told(run), tables=tables_filters.by_condition(told)),
-        Section(
-            "strips", "What the filters see and make", text * bool(shown), strips=shown, strips_note=note
-        ),
+        figures_strips.section(run, SHOWN),
         Section("failures", "Filters that failed", bullets=tuple(f.text for f in failures(run))),
         Section("reading", "How to read this", bullets=caveats(told)),
     )

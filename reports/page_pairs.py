@@ -7,7 +7,6 @@ from reports.kind import Kind
 from reports.page import Cell, Page, Section, Table, TableRow
 from reports.pairs import DETECTION, REPAIR, Measure, Pairs
 from reports.run import BASELINE, Run
-from reports.strips import strips
 from reports.style import write_csv
 from reports.wording import interval, number, plural
 
@@ -19,16 +18,12 @@ MARK_NOTE = (
 
 def compose(run: Run) -> Page:
     """Draw the figures and lay out the page."""
-    shown, stored = strips(run)
-    figures_strips.draw(run, shown)
     told = pairs.read(run)
-    left = stored - len(shown)
-    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
     sections = (
         Section("repair", "How close to the diffuse picture", tables=(repair_table(run, told),)),
         Section("cost", "Quality and time", pictures=figures_pairs.pictures(run, told)),
         Section("masks", "Which pixels are called affected", tables=mask_tables(run, told)),
-        Section("strips", "What the filters see and make", strips=shown, strips_note=note),
+        figures_strips.section(run),
         Section("failures", "Filters that failed", bullets=tuple(f.text for f in pairs.failures(run))),
         Section("reading", "How to read this", bullets=caveats(run)),
     )

@@ -17,15 +17,22 @@ from reports.kind import Kind
 from reports.page import Page, Picture, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
-from reports.strips import strips
 from reports.tables import failures
 from reports.verdict import mask_verdict, verdict
 from reports.wording import plural
 
+SHOWN = (
+    "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
+    "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects."
+)
+
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
-    maps, strip_section = _maps(run), _strips(run)  # first: they read files that may be damaged
+    maps, strip_section = (
+        _maps(run),
+        figures_strips.section(run, SHOWN),
+    )  # first: they read files that may be damaged
     comparison = compare(run)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
     sections = (
@@ -79,19 +86,6 @@ def _heat_caption(metric: figures_heat.HeatMetric, timed: bool) -> str:
         f"{unit}{sun.capitalize()} (on a surface facing it) against the light of each bulb; all panels share "
         f"one colour scale. {better} is better, and brighter."
     )
-
-
-def _strips(run: Run) -> Section:
-    chosen, stored = strips(run)
-    figures_strips.draw(run, chosen)
-    left = stored - len(chosen)
-    note = f"{plural(left, 'further strip')} left out to keep the page small." if left else ""
-    text = (
-        "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
-        "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects.",
-    )
-    heading = "What the filters see and make"
-    return Section("strips", heading, text if chosen else (), strips=chosen, strips_note=note)
 
 
 def _maps(run: Run) -> tuple[Picture, ...]:

@@ -18,6 +18,8 @@ def lines(run: Run) -> tuple[tuple[str, str], ...]:
     for key, value in run.provenance.items():
         if key == "seconds" and isinstance(value, Mapping):
             shown.append(("time", _seconds(value)))
+        elif key == "files_sha256" and isinstance(value, Mapping):
+            shown += [("SHA-256", f"{path} {digest}") for path, digest in value.items()]
         elif value not in (None, ""):
             shown.append((LABELS.get(key, _words(key)), _text(value)))
     return tuple(shown)

@@ -6,6 +6,7 @@ import numpy as np
 
 from scenes.geometry import box, rectangle, surface
 from scenes.library import scene
+from scenes.materials import DISC_BLACK, DISC_WHITE
 from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun, Surface
 from scenes.tour import drive, loop_length, rounded_loop
 
@@ -46,8 +47,8 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
         bulbs=_bulbs(way),
         tour=drive(way, 0.0, laps * loop_length(way), speed_mps, frame_interval_s),
         floor="floor",
-        paint_white=(0.85, 0.85, 0.83),
-        paint_black=(0.03, 0.03, 0.03),
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=(0.0, 0.0, LENGTH_M, DEPTH_M),
     )
 

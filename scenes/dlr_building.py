@@ -16,6 +16,7 @@ from scenes.driven_walls import HEIGHT_M, build_walls
 from scenes.errors import SceneError
 from scenes.geometry import box, rectangle, surface
 from scenes.library import scene
+from scenes.materials import DISC_BLACK, DISC_WHITE
 from scenes.model import Bulb, FloatArray, IntArray, Landmark, Material, Scene, Sky, Sun, Surface, Tour
 from scenes.photometry import Photometry
 from scenes.planar_mesh import triangulate
@@ -90,8 +91,8 @@ def build(
         bulbs=_lamps(log, posts),
         tour=_tour(log, frame_interval_s, first, frames, stride),
         floor="floor",
-        paint_white=(0.85, 0.85, 0.83),
-        paint_black=(0.03, 0.03, 0.03),
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=_bounds(space),
         inlays=tuple(s.name for s in surfaces if s.name in ("tiles", "paving")),
     )

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 from scenes.model import Material
 
+DISC_WHITE, DISC_BLACK = (0.85, 0.85, 0.83), (0.03, 0.03, 0.03)
+"""Paint of landmark discs (`scenes.model.Scene.paint_white`)."""
+
 WHITE_WALL = Material((0.80, 0.79, 0.77), roughness=0.9, specular=0.3)
 CEILING = Material((0.85, 0.85, 0.84), roughness=0.95, specular=0.2)
 PAPER = Material((0.82, 0.82, 0.80), roughness=0.95, specular=0.3)

@@ -7,7 +7,7 @@ import numpy as np
 from scenes import discs
 from scenes.geometry import box, checker, surface
 from scenes.library import scene
-from scenes.materials import CEILING, GROUND, STEEL, WHITE_WALL
+from scenes.materials import CEILING, DISC_BLACK, DISC_WHITE, GROUND, STEEL, WHITE_WALL
 from scenes.model import Bulb, FloatArray, Landmark, Material, Scene, Sky, Sun, Surface
 from scenes.room import Room, ground, windows
 from scenes.splits import stream
@@ -49,8 +49,8 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
         tour=drive(way, 0.0, laps * loop_length(way), speed_mps, frame_interval_s),
         floor="light tile",
         inlays=("dark tile",),
-        paint_white=(0.85, 0.85, 0.83),
-        paint_black=(0.03, 0.03, 0.03),
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=(0.0, 0.0, room.width, room.depth),
     )
 

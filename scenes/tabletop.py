@@ -10,7 +10,19 @@ from scenes import discs
 from scenes.errors import SceneError
 from scenes.geometry import box, join, surface
 from scenes.library import scene
-from scenes.materials import BLACK_GLOSS, BRICK, CEILING, CHROME, GOLD, GROUND, LIGHT_WOOD, WHITE_WALL, WOOD
+from scenes.materials import (
+    BLACK_GLOSS,
+    BRICK,
+    CEILING,
+    CHROME,
+    DISC_BLACK,
+    DISC_WHITE,
+    GOLD,
+    GROUND,
+    LIGHT_WOOD,
+    WHITE_WALL,
+    WOOD,
+)
 from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun, Surface
 from scenes.room import Opening, Room, ground, panes
 from scenes.shapes import Piece, cone, curved_surface, cylinder, lathe, place, sphere
@@ -85,8 +97,8 @@ def build(
         bulbs=_bulbs(room),
         tour=orbit((x, y), ORBIT_M, laps, speed_mps, frame_interval_s),
         floor="floor",
-        paint_white=(0.85, 0.85, 0.83),
-        paint_black=(0.03, 0.03, 0.03),
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=(0.0, 0.0, room.width, room.depth),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from scenes import discs
 from scenes.geometry import box, rectangle, surface
 from scenes.library import scene
-from scenes.materials import CEILING, GROUND, LIGHT_WOOD, RUBBER, WOOD, ZINC
+from scenes.materials import CEILING, DISC_BLACK, DISC_WHITE, GROUND, LIGHT_WOOD, RUBBER, WOOD, ZINC
 from scenes.model import Bulb, Material, Scene, Sky, Sun, Surface
 from scenes.photometry import Photometry
 from scenes.room import Opening, Room, ground, panes, windows
@@ -73,8 +73,8 @@ def build(seed: int = 0, speed_mps: float = 0.93, frame_interval_s: float = 0.5,
         bulbs=_bulbs(room, aisle),
         tour=drive(way, 0.0, laps * loop_length(way), speed_mps, frame_interval_s),
         floor="floor",
-        paint_white=(0.85, 0.85, 0.83),
-        paint_black=(0.03, 0.03, 0.03),
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=(0.0, 0.0, room.width, room.depth),
     )
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import scenes
+from bench.camera_choice import CameraChoice
 from bench.generate import generate
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.study_model import CameraChoice, RenderedStudy
 from renderers.basis import SceneRenderer, relight
 from renderers.camera import Fisheye, Mount
 from scenes.occupancy import true_occupancy

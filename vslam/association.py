@@ -89,17 +89,29 @@ class Icnn:
 
     def associate(self, backend: Backend, observations: Observations) -> IntArray:
         """See `Associator`."""
-        hypothesis = np.full(len(observations), NEW, dtype=np.int64)
         distances = squared_distances(backend, observations)
-        if distances.size == 0:
-            return hypothesis
-        hypothesis[(distances <= self._new).any(axis=1)] = DISCARDED
+        hypothesis = unmatched(distances, self._new)
         taken: set[int] = set()
         for i, j in _nearest_first(distances, self._match):
             if hypothesis[i] == DISCARDED and j not in taken:
                 hypothesis[i] = j
                 taken.add(j)
         return hypothesis
+
+
+def unmatched(distances: FloatArray, new: float) -> IntArray:
+    """The hypothesis before any match: new beyond the gate ``new`` of every landmark, else discarded.
+
+    Parameters
+    ----------
+    distances : (n, m) float64
+        Of `squared_distances`.
+
+    Returns
+    -------
+    (n,) int64
+    """
+    return np.where((distances <= new).any(axis=1), DISCARDED, NEW)
 
 
 def squared_distances(backend: Backend, observations: Observations) -> FloatArray:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from vslam.association import associations, squared_distances
+from vslam.association import associations, squared_distances, unmatched
 from vslam.frame import Observations
 from vslam.joint_compatibility import BUDGET, branch_and_bound, joint_bounds
-from vslam.slam_backend import DISCARDED, NEW, Backend
+from vslam.slam_backend import Backend
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,11 +40,8 @@ class Jcbb:
 
     def associate(self, backend: Backend, observations: Observations) -> IntArray:
         """See `vslam.association.Associator`."""
-        hypothesis = np.full(len(observations), NEW, dtype=np.int64)
         distances = squared_distances(backend, observations)
-        if distances.size == 0:
-            return hypothesis
-        hypothesis[(distances <= self._new).any(axis=1)] = DISCARDED
+        hypothesis = unmatched(distances, self._new)
         # Landmarks that no observation is compatible with have no part in the joint test.
         near = np.flatnonzero((distances <= self._bounds[1]).any(axis=0))
         if not len(near):

@@ -86,8 +86,9 @@ def generate(
 
 def _write(study: str, options: GenerateOptions) -> None:
     from bench.errors import BenchError
+    from bench.kinds.rendered import RenderedStudy
     from bench.progress import Bars
-    from bench.study import RenderedStudy, load
+    from bench.study import load
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):

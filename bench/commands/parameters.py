@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from bench.study import Study
+    from bench.study_model import Study
 
 
 class SplitName(StrEnum):
@@ -64,17 +64,17 @@ def placed(study: Study, scene: str | None, split: SplitName | None, data: Path 
     """The study in the scene that the options name; ``data`` is the DLR folder, for a scene that reads it."""
     if scene is None and split is None:
         return study
-    if study.sequence == "filters":
-        from bench.another_place import in_scenes
+    from bench.another_place import in_scene, in_scenes
+    from bench.kinds.filters import FiltersStudy
+    from bench.kinds.rendered import RenderedStudy
 
+    if isinstance(study, FiltersStudy):
         return in_scenes(study, scene, None if split is None else split.value)
-    if study.sequence != "rendered":
+    if type(study) is not RenderedStudy:
         from bench.errors import BenchError
 
         option = "--scene" if scene is not None else "--split"
         raise BenchError(f"{option}: study {study.name!r} renders nothing; leave the option out")
-    from bench.another_place import in_scene
-
     return in_scene(study, scene, None if split is None else split.value, data=data)
 
 

@@ -34,18 +34,19 @@ def preview(
     data: DataOption = None,
 ) -> None:
     """Write a contact sheet (views × lights, with diffuse, specular, mask) and a top view of a scene."""
-    from bench import catalogue, log_parts
+    from bench import log_parts
     from bench.another_place import in_scene
     from bench.errors import BenchError
+    from bench.kinds.rendered import RenderedStudy
     from bench.options import PreviewOptions
     from bench.progress import Bars
-    from bench.study import RenderedStudy, load
+    from bench.study import load
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
         raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
     chosen = log_parts.resolved(in_scene(chosen, scene, seed=seed, data=data), data)
-    catalogue.check(chosen)
+    chosen.check()
     from bench.preview.preview import preview as draw
 
     for path in draw(chosen, PreviewOptions(out, views, tuple(illumination or ())), Bars()):

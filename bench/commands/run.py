@@ -22,7 +22,7 @@ from bench.commands.parameters import (
 )
 
 if TYPE_CHECKING:
-    from bench.study import Study
+    from bench.study_model import Study
 
 EXAMPLE = "Example: python -m bench run --study dlr --data data/dlr"
 FINISHED_WITH_FAILURES = 3
@@ -76,7 +76,7 @@ def run(
     Exits with 0, or with 3 when a filter failed on a picture or a SLAM run failed: all others went on, and
     the table and the report say what failed and why.
     """
-    from bench import catalogue, log_parts
+    from bench import log_parts
     from bench.commands.report import show
     from bench.errors import BenchError
     from bench.options import RunOptions
@@ -84,10 +84,10 @@ def run(
     from bench.study import load
 
     chosen = _override(placed(load(study), scene, split, data), engine, seed, filters, linear, stride)
-    if data is not None and not log_parts.reads_data(chosen):
+    if data is not None and not chosen.reads_data():
         raise BenchError(f"--data: study {chosen.name!r} reads no data; leave the option out")
     chosen = log_parts.resolved(chosen, data)
-    catalogue.check(chosen)
+    chosen.check()
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that
     from reports import html

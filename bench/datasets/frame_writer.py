@@ -10,8 +10,8 @@ from pathlib import Path
 from bench.datasets.files import store
 from bench.datasets.layout import Layout, Picture, Track, layouts
 from bench.datasets.model import LayoutRow, Row
+from bench.illumination_grid import Illumination
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study_model import Illumination
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from bench.datasets.model import Row
 from bench.errors import unknown_name
 
 if TYPE_CHECKING:  # a reader of data sets loads no renderer
+    from bench.illumination_grid import Illumination
     from bench.sequences.rendered import RenderedSequence
-    from bench.study_model import Illumination
     from renderers.basis import LightBasis
     from renderers.truth import Recording
     from vslam.camera import Calibration

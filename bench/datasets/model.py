@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bench.study_model import Illumination, RenderedStudy
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 
 NO_SPLIT = "all"
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bench import catalogue, log_parts
+from bench import log_parts
 from bench.another_place import in_scene
 from bench.datasets.model import NO_SPLIT, Place
 from bench.errors import BenchError, unknown_name
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.sequences.lighting import load_scene
-from bench.study_model import RenderedStudy
 from scenes.splits import SPLITS
 
 
@@ -51,7 +51,7 @@ def _places(study: RenderedStudy, options: GenerateOptions, chosen: list[int]) -
     for scene in dict.fromkeys(options.scenes or [None]):
         for split in dict.fromkeys(options.splits or [None]):
             own = log_parts.resolved(in_scene(study, scene, split, data=options.data), options.data)
-            catalogue.check(own)
+            own.check()
             grid, place = own.illuminations.grid(), load_scene(own)
             length = len(place.tour.stamps)
             yield Place(

@@ -11,11 +11,13 @@ from threadpoolctl import threadpool_limits
 
 from bench.drive.episode import Episode
 from bench.drive.world import TrueWorld
+from bench.filter_choice import FilterChoice
+from bench.illumination_grid import Illumination
+from bench.kinds.drive import ClosedLoopStudy
 from bench.metrics import detection
 from bench.perception import make_filter, visible_landmarks
 from bench.rng import generator
 from bench.sequences.rendered import RenderedSequence, calibration
-from bench.study_model import ClosedLoopStudy, FilterChoice, Illumination
 from renderers.basis import LightBasis
 from renderers.truth import Recording
 from scenes.occupancy import TrueOccupancy

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from bench.errors import BenchError
+from bench.kinds.drive import ClosedLoopStudy
 from bench.metrics.navigation import sample_pairs
 from bench.rng import generator
-from bench.study_model import ClosedLoopStudy
 from scenes.occupancy import TrueOccupancy
 from vslam.planner import Plan, Planner, inflate
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from bench.drive.closed_loop import Drive
 from bench.drive.episode import Episode
+from bench.illumination_grid import Illumination
+from bench.kinds.drive import ClosedLoopStudy
 from bench.schema import DRIVE_COLUMNS
-from bench.study_model import ClosedLoopStudy, Illumination
 
 SUCCESSES = ("arrived", "explored")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.kinds.drive import ClosedLoopStudy
 from bench.rng import generator
 from bench.sequences.rendered import increment_sigma
-from bench.study_model import ClosedLoopStudy
 from scenes.occupancy import TrueOccupancy
 from vslam.follower import Command
 from vslam.frame import Odometry

@@ -10,15 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.file_scene import FileScene
+from bench.kinds.rendered import RenderedStudy
 from bench.own_scene.ground import Ground, bounds_of, ground_of
 from bench.own_scene.marks import beside, marked, placed
 from bench.own_scene.way import Way, planned, through
 from bench.rng import generator
-from bench.study_model import FileScene, RenderedStudy
 from scenes.errors import SceneError
 from scenes.floor import laid
 from scenes.geometry import MAX_EDGE_M
 from scenes.gltf.importer import Mark, load
+from scenes.materials import DISC_BLACK, DISC_WHITE
 from scenes.model import Bulb, FloatArray, Landmark, Scene, Sky, Sun, Surface
 from scenes.tessellate import tessellate
 from scenes.waypoints import follow
@@ -35,7 +37,6 @@ SIGHT_M = 12.0
 
 USUAL_SUN = Sun(azimuth_deg=180.0, elevation_deg=40.0, lux=20_000.0)
 USUAL_SKY = Sky(2_500.0)
-PAINT_WHITE, PAINT_BLACK = (0.85, 0.85, 0.83), (0.03, 0.03, 0.03)
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,6 @@ def build(study: RenderedStudy) -> Scene:
     SceneError
         In one line, for whatever is wrong with the file, its floor, its tour or its landmarks.
     """
-    return _cached(study)[0]
-
-
-def sha256(study: RenderedStudy) -> str:
-    """Of the study's scene file and all that it refers to; empty for a scene of the library."""
-    return _cached(study)[1] if study.scene.file else ""
-
-
-def _cached(study: RenderedStudy) -> tuple[Scene, str]:
     choice, tour = study.scene.file, study.tour
     assert choice is not None
     path = Path(choice.path).expanduser()
@@ -73,15 +65,13 @@ def _cached(study: RenderedStudy) -> tuple[Scene, str]:
 
 
 @lru_cache(maxsize=2)  # of the process: a large file takes a while to read
-def _build(
-    path: Path, stamp: int, choice: FileScene, name: str, seed: int, drive: Drive
-) -> tuple[Scene, str]:
+def _build(path: Path, stamp: int, choice: FileScene, name: str, seed: int, drive: Drive) -> Scene:
     found = load(path)
     floored = laid(found.surfaces, choice.floor)
     surfaces = tessellated(floored.surfaces, floored.floor)
     ground = ground_of(surfaces, floored.floor)
     way = _way(choice, found.marks, ground, drive.radius_m, name)
-    scene = Scene(
+    return Scene(
         name=name,
         surfaces=surfaces,
         landmarks=_landmarks(choice, found.marks, ground, way, seed, name),
@@ -91,12 +81,11 @@ def _build(
         tour=follow(way.points, way.closed, choice.laps, drive.speed_mps, drive.interval_s),
         floor=floored.floor[0],
         inlays=floored.floor[1:],
-        paint_white=PAINT_WHITE,
-        paint_black=PAINT_BLACK,
+        paint_white=DISC_WHITE,
+        paint_black=DISC_BLACK,
         bounds=_bounds(surfaces, floored.floor, way),
         notices=found.notices + _about_lamps(found.bulbs),
     )
-    return scene, found.sha256
 
 
 def tessellated(surfaces: Sequence[Surface], floor: Sequence[str]) -> tuple[Surface, ...]:

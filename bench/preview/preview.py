@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from bench.errors import BenchError, unknown_name
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.options import PreviewOptions
 from bench.preview import plan, sheet
 from bench.preview.sheet import Cell
@@ -16,7 +18,6 @@ from bench.progress import Progress
 from bench.rendered_run import prepared
 from bench.run_facts import RunFacts
 from bench.sequences.rendered import RenderedSequence
-from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
 from renderers.develop import encode
 from renderers.engine import choose_engine

@@ -22,8 +22,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
+from bench.scene_choice import SceneChoice
 from bench.sequences.rendered import RenderedSequence
-from bench.study_model import Illumination, RenderedStudy, SceneChoice
 from renderers.basis import LightBasis
 
 FLOORS = ("floor", "tiles")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bench.errors import unknown_name
 from bench.illumination_grid import Illumination
 from bench.rng import generator
-from bench.study_model import LampChoice
+from bench.scene_choice import LampChoice
 from scenes.model import Scene
 from scenes.photometry import Photometry
 from scenes.photometry_ies import read_ies

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.own_scene import build as own_scene
 from bench.sequences import lamps
 from bench.sequences.dlr_drive import drive_log
-from bench.study_model import RenderedStudy
 from renderers.illuminant import linear_srgb
 from scenes import library
 from scenes.model import Scene, Sun

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from bench import camera_choice
 from bench.camera_choice import camera, mount
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.rng import generator
+from bench.robot_choice import OdometryNoise
 from bench.sequences.lighting import Colours, Lighting, as_built, load_scene
-from bench.study_model import Illumination, OdometryNoise, RenderedStudy
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.metering import Exposure, meter, shifted

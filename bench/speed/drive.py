@@ -19,13 +19,13 @@ import numpy as np
 from bench.drive.closed_loop import ClosedLoop
 from bench.drive.episode import Episode, draw
 from bench.drive_run import only
+from bench.kinds.drive import ClosedLoopStudy
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.speed import stage
 from bench.speed.model import Benchmark, Configuration, Sides
 from bench.speed.stock_pyrender import StockRenderer
 from bench.study import load
-from bench.study_model import ClosedLoopStudy
 from scenes.occupancy import true_occupancy
 
 SECONDS_PER_POSE = 2.0

@@ -21,12 +21,12 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bench.datasets.frame_writer import Job, write_frame
+from bench.kinds.rendered import RenderedStudy
 from bench.pictures import encode_png, read_png
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.speed import stage
 from bench.speed.model import Benchmark, Configuration, Sides
-from bench.study_model import RenderedStudy
 from bench.workers import workers
 from renderers.engine import choose_engine
 

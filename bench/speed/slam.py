@@ -89,12 +89,7 @@ def baseline(over: Drive) -> int:
 def prepare(configuration: Configuration) -> Iterator[Sides]:
     """Read the log."""
     over = slam_stage.drive(configuration)
-    limits = slam_stage.limits(over)
-
-    def note(rate: float, _: float) -> str:
-        return f"{over.name}, {len(over.steps)} steps: {limits.text(len(over.steps) / rate)}"
-
-    yield Sides(lambda: slam_stage.ours(over), lambda: baseline(over), note)
+    yield Sides(lambda: slam_stage.ours(over), lambda: baseline(over), slam_stage.note_of(over))
 
 
 BENCHMARK = Benchmark(

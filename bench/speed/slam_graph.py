@@ -78,12 +78,8 @@ def baseline(made: list[Update]) -> int:
 def prepare(configuration: Configuration) -> Iterator[Sides]:
     """Read the log and make the factors."""
     over = slam_stage.drive(configuration)
-    made, limits = updates(over), slam_stage.limits(over)
-
-    def note(rate: float, _: float) -> str:
-        return f"{over.name}, {len(over.steps)} steps: {limits.text(len(over.steps) / rate)}"
-
-    yield Sides(lambda: slam_stage.ours(over), lambda: baseline(made), note)
+    made = updates(over)
+    yield Sides(lambda: slam_stage.ours(over), lambda: baseline(made), slam_stage.note_of(over))
 
 
 BENCHMARK = Benchmark(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +76,16 @@ def limits(over: Drive) -> Limits:
             operations += 2 * again * n * (n + 1)
         seen.update(known)
     return Limits(moved, operations)
+
+
+def note_of(over: Drive) -> Callable[[float, float], str]:
+    """What stands beside the rate of a drive: its steps, and the limits of their arithmetic."""
+    bounds = limits(over)
+
+    def note(rate: float, _: float) -> str:
+        return f"{over.name}, {len(over.steps)} steps: {bounds.text(len(over.steps) / rate)}"
+
+    return note
 
 
 def dsyrk_rate(size: int = 1152, columns: int = 48, repeats: int = 5) -> float:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import hashlib
 import json
 import struct
 from dataclasses import dataclass, field
@@ -150,12 +149,12 @@ class Document:
         changed[at] = self._strided(data, 0, what.get("byteOffset", 0), count, values.shape[1], dtype, user)
         return changed
 
-    def sha256(self) -> str:
-        """Of the file, and of the files that were read beside it, in the order of their names."""
-        digest = hashlib.sha256(self.path.read_bytes())
-        for uri in sorted(self._files):
-            digest.update(self._files[uri])
-        return digest.hexdigest()
+    def files(self) -> tuple[str, ...]:
+        """The files that its buffers and images refer to, relative to its folder, sorted."""
+        uris = {
+            str(item["uri"]) for kind in ("buffers", "images") for item in self.items(kind) if "uri" in item
+        }
+        return tuple(sorted(unquote(uri) for uri in uris if not uri.startswith("data:")))
 
 
 def read(path: Path) -> Document:

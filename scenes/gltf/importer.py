@@ -42,8 +42,6 @@ class Import:
         Directional lights, the brightest first.
     marks : tuple of Mark
         All nodes, for who looks for names.
-    sha256 : str
-        Of the file and of all that it refers to.
     notices : tuple of str
         What was changed or left out, a line each.
     """
@@ -53,7 +51,6 @@ class Import:
     bulbs: tuple[Bulb, ...]
     suns: tuple[Sun, ...]
     marks: tuple[Mark, ...]
-    sha256: str
     notices: tuple[str, ...]
 
     @property
@@ -92,7 +89,7 @@ def _import(document: Document) -> Import:
         x, y, z = node.position.tolist()
         scale = float(np.cbrt(abs(np.linalg.det(node.T_world_node[:3, :3]))))
         marks.append(Mark(node.name, (x, y, z), scale))
-    found = Import(document.path, tuple(shapes), bulbs, suns, tuple(marks), document.sha256(), tuple(notices))
+    found = Import(document.path, tuple(shapes), bulbs, suns, tuple(marks), tuple(notices))
     return found if not shapes else _with_scale_checked(found)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.study_model import RenderedStudy
+from bench.kinds.rendered import RenderedStudy
 
 
 @pytest.fixture(scope="session")

@@ -9,18 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.camera_choice import CameraChoice
 from bench.data import cache_folder
 from bench.datasets import PictureSet
 from bench.datasets.verify import verify
 from bench.errors import BenchError
 from bench.generate import generate, resume
+from bench.illumination_grid import IlluminationGrid
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.perception import Perception
 from bench.progress import Silent
+from bench.sensor_choice import SensorChoice
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import parse
-from bench.study_model import CameraChoice, IlluminationGrid, RenderedStudy, SensorChoice
 
 STOPS = (-2.0, 0.0, 1.5)
 LIGHTS = ("sun20000-bulb200-ev-2", "sun20000-bulb200", "sun20000-bulb200-ev1.5")

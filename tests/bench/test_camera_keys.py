@@ -12,10 +12,11 @@ import pytest
 from bench import cli
 from bench.camera_choice import OpticsChoice, camera
 from bench.errors import BenchError
+from bench.kinds.rendered import RenderedStudy
 from bench.sensor_choice import SensorChoice
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup, sensor
-from bench.study import RenderedStudy, parse
+from bench.study import parse
 from renderers.basis import SceneRenderer
 from renderers.camera import Mount
 from renderers.colour_filter_array import ARRAYS

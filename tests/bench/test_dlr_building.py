@@ -172,7 +172,7 @@ def test_camera_json_as_opencv_projects_it(dlr_folder):
 
 def test_study_takes_scene_and_camera_from_the_log(dlr_folder):
     study = load("dlr_building")
-    assert log_parts.reads_data(study) and not log_parts.reads_data(load("quick"))
+    assert study.reads_data() and not load("quick").reads_data()
     resolved = log_parts.resolved(study, dlr_folder)
     assert (resolved.camera.width, resolved.camera.height) == (768, 288)
     assert len(load_scene(resolved).landmarks) == 576

@@ -8,15 +8,16 @@ import pytest
 from bench.camera_choice import CameraChoice, IntrinsicsChoice, calibration
 from bench.dlr_detection import score
 from bench.errors import BenchError
+from bench.kinds.dlr_pictures import DlrPicturesStudy
 from bench.options import RunOptions
 from bench.perception import detector_settings
 from bench.progress import Silent
+from bench.robot_choice import SlamChoice
 from bench.runner import run
 from bench.sequences import dlr
 from bench.sequences.dlr_mount import PARAMETERS, calibrated
 from bench.sequences.dlr_pictures import mapped_discs, on_picture, read_picture, thinned
 from bench.study import load, parse
-from bench.study_model import DlrPicturesStudy, SlamChoice
 from reports import dlr_pictures, html
 from reports.run import load as load_run
 from vslam.detect import DiscDetector

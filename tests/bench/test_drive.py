@@ -16,13 +16,13 @@ from bench.drive.episode import Episode, draw
 from bench.drive.world import TrueWorld, arc
 from bench.drive_run import only
 from bench.errors import BenchError
+from bench.kinds.drive import ClosedLoopStudy
 from bench.options import RunOptions
 from bench.progress import Silent
 from bench.schema import DRIVE_COLUMNS
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import parse
-from bench.study_model import ClosedLoopStudy
 from renderers.irradiance import BakeQuality
 from reports import html, terminal
 from scenes.occupancy import TrueOccupancy, true_occupancy

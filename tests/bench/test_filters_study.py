@@ -8,10 +8,10 @@ import scenes
 from bench import cli
 from bench.another_place import in_scenes
 from bench.filters_run import chosen, frames_of
+from bench.kinds.filters import FiltersStudy, LightLevel
 from bench.light_levels import at_level, in_scene
 from bench.sequences.lighting import as_built
-from bench.study import FiltersStudy, dump, load, parse
-from bench.study_model import LightLevel
+from bench.study import dump, load, parse
 from scenes import library
 from scenes.splits import seed_of
 

@@ -18,13 +18,14 @@ import pytest
 
 import scenes
 from bench import cli
+from bench.camera_choice import CameraChoice
 from bench.datasets import PictureSet
 from bench.datasets.verify import verify
 from bench.errors import BenchError
 from bench.generate import generate, resume
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.progress import Silent
-from bench.study_model import CameraChoice, RenderedStudy
 
 LAYOUTS = ("tum", "euroc", "coco", "exr", "raw")
 LIGHTS = ("sun0-bulb200", "sun20000-bulb800")

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from bench.errors import BenchError
 from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.sequences import lamps
 from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study import RenderedStudy, dump, load, parse
+from bench.study import dump, load, parse
 from renderers.basis import LightBasis, SceneRenderer
 from renderers.camera import Mount, Pinhole
 from renderers.illuminant import linear_srgb

@@ -126,7 +126,7 @@ def test_a_missing_file_is_one_line(tmp_path):
 
 def study(tmp_path, path) -> str:
     text = (
-        "sequence: drives\nname: mine\nbackends: [ekf, ekf_fej, graph]\nseeds: 1\n"
+        "sequence: backends\nname: mine\nbackends: [ekf, ekf_fej, graph]\nseeds: 1\n"
         f"drives: [{{source: file, path: {path}, name: mine}}]\n"
     )
     (tmp_path / "mine.yaml").write_text(text)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bench.camera_choice import camera
+from bench.kinds.rendered import RenderedStudy
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study_model import RenderedStudy
 from renderers.basis import SceneRenderer
 from renderers.camera import Mount
 from renderers.irradiance import BakeQuality

@@ -4,8 +4,8 @@ import pytest
 from bench.dlr_run import OWN_ESTIMATOR, _ways
 from bench.oracle import observed, slam_settings
 from bench.perception import Percept
+from bench.robot_choice import SlamChoice
 from bench.study import load
-from bench.study_model import SlamChoice
 from vslam.errors import VslamError
 from vslam.frame import Observations, Odometry
 from vslam.slam import run_slam

@@ -182,7 +182,8 @@ def test_floats_must_be_finite(folder):
 
 
 def test_the_packaged_study_takes_all_filters():
-    from bench.study import PairsStudy, load
+    from bench.kinds.pairs import PairsStudy
+    from bench.study import load
     from vslam.filters import registry
 
     study = load("pairs")

@@ -10,13 +10,13 @@ import pytest
 
 from bench.cli import execute
 from bench.errors import BenchError
+from bench.kinds.rendered import RenderedStudy
 from bench.options import PreviewOptions
 from bench.preview import plan, sheet
 from bench.preview.preview import evenly, preview
 from bench.preview.sheet import Cell
 from bench.progress import Silent
 from bench.sequences.rendered import load_scene
-from bench.study_model import RenderedStudy
 from renderers.develop import encode
 from scenes.model import Scene
 

@@ -12,6 +12,7 @@ import yaml
 
 from bench import cli, provenance, runner
 from bench.commands.run import FINISHED_WITH_FAILURES
+from bench.kinds.rendered import RenderedStudy
 from bench.options import RunOptions
 from bench.perception import make_filter
 from bench.progress import Silent
@@ -24,7 +25,6 @@ from bench.sequences.rendered import (
     odometry,
 )
 from bench.store import read
-from bench.study_model import RenderedStudy
 from reports import html, terminal
 from vslam import pipeline
 from vslam.detect import DiscDetector

@@ -1,6 +1,8 @@
 """Study files: what they fill in, and what they refuse in one line."""
 
+from importlib import import_module
 from pathlib import Path
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -11,8 +13,12 @@ from hypothesis import strategies as st
 from bench import camera_choice
 from bench.camera_choice import CameraChoice, camera
 from bench.errors import BenchError
+from bench.kinds.dlr import DlrStudy
+from bench.kinds.rendered import RenderedStudy
 from bench.sequences.rendered import calibration
-from bench.study import DlrStudy, RenderedStudy, dump, load, names, parse
+from bench.study import dump, load, names, parse
+from bench.study_model import models
+from reports.kind import kind_of
 
 HEAD = "sequence: rendered\nname: mine\n"
 
@@ -172,9 +178,12 @@ def test_what_is_wrong_is_named_with_what_is_allowed(body, expected):
     [
         ("", "must hold keys and values"),
         ("- a\n- b", "must hold keys and values"),
-        ("name: mine", "sequence: is missing; allowed: rendered or dlr"),
-        ("sequenz: rendered", "sequence: is missing (instead of 'sequenz'?); allowed: rendered or dlr"),
-        ("sequence: filmed", "sequence: 'filmed' is not known; allowed: rendered or dlr"),
+        ("name: mine", "sequence: is missing; allowed: backends or dlr or"),
+        (
+            "sequenz: rendered",
+            "sequence: is missing (instead of 'sequenz'?); allowed: backends or dlr or",
+        ),
+        ("sequence: filmed", "sequence: 'filmed' is not known; allowed: backends or dlr or"),
         ("sequence: rendered", "name: is missing"),
         ("sequence: rendered\nname: Two Words", "name: should be a name of small letters, digits, - and _"),
         ("sequence: dlr\nname: d\nscene: {name: corridor}", "scene: unknown key: "),
@@ -265,3 +274,12 @@ def test_a_filter_may_be_a_class_or_a_file():
     study = parse(HEAD + "filters: ['pack.age:MyNet', 'nets/Net v2.onnx', {name: 'a:B', label: mine}]", "x")
     assert [choice.label for choice in study.filters] == ["none", "mynet", "net-v2", "mine"]
     assert parse(dump(study), "again") == study
+
+
+@pytest.mark.parametrize("kind", models())
+def test_every_kind_has_a_model_a_runner_and_a_page(kind):
+    """The registry finds a kind by its module; the runner and the report find theirs by the same name."""
+    assert get_args(models()[kind].model_fields["sequence"].annotation) == (kind,)
+    assert callable(import_module(f"bench.{kind}_run").run)
+    assert kind_of(kind).summary
+    assert kind in {load(name).sequence for name in names()}, "a packaged study shows it"

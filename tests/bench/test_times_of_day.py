@@ -11,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.errors import BenchError
+from bench.kinds.rendered import RenderedStudy
 from bench.rng import generator
 from bench.sequences.lighting import load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study import RenderedStudy, dump, parse
+from bench.study import dump, parse
 from bench.times_of_day import minutes
 from renderers.basis import LightBasis, SceneRenderer, mean_white, relight
 from renderers.camera import Mount, Pinhole

@@ -215,9 +215,7 @@ def test_a_gltf_reads_the_buffer_beside_it(glb, tmp_path):
     (tmp_path / "q.bin").write_bytes(glb.data)
     (surface,) = load(path).surfaces
     assert len(surface.triangles) == 2
-    before = load(path).sha256
-    (tmp_path / "q.bin").write_bytes(struct.pack("<f", 0.5) + glb.data[4:])
-    assert load(path).sha256 != before
+    assert read(path).files() == ("q.bin",)
 
 
 def no_file(glb, folder):

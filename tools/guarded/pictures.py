@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from bench.another_place import in_scene
 from bench.camera_choice import CameraChoice
-from bench.illumination_grid import SKY_PER_SUN
+from bench.illumination_grid import SKY_PER_SUN, Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.rng import generator
 from bench.sensor_choice import SensorChoice
 from bench.sequences.lighting import Lighting, as_built, light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup, sensor
 from bench.study import load
-from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis, mean_white, relight
 from renderers.irradiance import BakeQuality
 from renderers.truth import record

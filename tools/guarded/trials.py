@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.another_place import in_scene
+from bench.kinds.rendered import RenderedStudy
 from bench.perception import visible_landmarks
 from bench.rng import generator
 from bench.sequences.lighting import Lighting, as_built, light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import load
-from bench.study_model import RenderedStudy
 from renderers.basis import mean_white, relight
 from renderers.irradiance import FULL_QUALITY, BakeQuality
 from renderers.truth import Recording, record

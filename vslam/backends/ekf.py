@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, stacked_jacobian, state_rows
-from vslam.backends.parts.input_checks import check_odometry
 from vslam.frame import Odometry
 from vslam.motion import motion_jacobians, move
 from vslam.slam_backend import backends
@@ -25,15 +24,8 @@ class Ekf(FullCovariance):
 
     name = "ekf"
 
-    def predict(self, odometry: Odometry) -> None:
-        """Move by one increment; P_MM is untouched.
-
-        Raises
-        ------
-        VslamError
-            When the increment is not finite or its covariance not positive semi-definite.
-        """
-        check_odometry(odometry)
+    def _predict(self, odometry: Odometry) -> None:
+        """Eqs. 3-17 … 3-20; P_MM is untouched."""
         moved = move(self._X[:3], odometry.delta)  # eq. 3-17
         F_R, F_n = self._motion_jacobians(odometry.delta, moved)
         self._move(moved, F_R, F_n @ odometry.covariance @ F_n.T)  # eqs. 3-18 … 3-20

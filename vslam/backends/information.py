@@ -20,9 +20,8 @@ from scipy.linalg import cho_solve
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from vslam.backends.parts.block_update import BlockUpdate
-from vslam.backends.parts.full_covariance import block_diagonal, stacked_jacobian, state_rows
-from vslam.backends.parts.input_checks import check_odometry
+from vslam.backends.parts.full_covariance import block_diagonal, stacked_jacobian
+from vslam.backends.parts.robot_last import RobotLast, grown
 from vslam.errors import VslamError
 from vslam.frame import Odometry
 from vslam.motion import motion_jacobians, move
@@ -32,40 +31,26 @@ from vslam.slam_backend import backends
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_CHUNK = 64
 # P_0 = 0 has no inverse; a micrometre and a microradian stand for it.
 _START = 1e12
 
 
 @backends.register("information")
-class InformationFilter(BlockUpdate):
+class InformationFilter(RobotLast):
     """The extended information filter, a `vslam.slam_backend.Backend`; parameters as `Ekf`'s."""
 
     name = "information"
 
     def __init__(self, model: ObservationModel, seed: int = 0) -> None:
-        self.model = model
-        self._size = 3
-        self._X = np.zeros(3)  # [L_1 … L_n, R], as in Ω
-        self._Omega = np.zeros((_CHUNK, _CHUNK), order="F")  # lower triangle
-        self._Omega[:3, :3] = _START * np.eye(3)
+        super().__init__(model, seed)
+        self._Omega = grown(_START * np.eye(3), self._size)  # lower triangle
         self._factor: FloatArray | None = None
-
-    @property
-    def pose(self) -> FloatArray:
-        """(3,) float64: x, y (metres), heading (rad, not wrapped)."""
-        return self._X[-3:].copy()
 
     @property
     def pose_covariance(self) -> FloatArray:
         """P_RR, (3, 3) float64."""
         inverse = np.linalg.inv(self._cholesky()[-3:, -3:])
         return np.asarray(inverse.T @ inverse)
-
-    @property
-    def landmarks(self) -> FloatArray:
-        """(n, 2) float64, metres."""
-        return self._X[:-3].reshape(-1, 2).copy()
 
     @property
     def landmark_covariances(self) -> FloatArray:
@@ -82,11 +67,6 @@ class InformationFilter(BlockUpdate):
         return np.asarray(columns[:-3].reshape(-1, 2, 3).transpose(0, 2, 1))
 
     @property
-    def covariance(self) -> FloatArray:
-        """P in the order of the other filters, robot first, (3 + 2n, 3 + 2n) float64; inverts Ω."""
-        return self.joint_covariance(np.arange((self._size - 3) // 2))
-
-    @property
     def memory_bytes(self) -> int:
         """Bytes of the mean, Ω and its factor."""
         return self._X.nbytes + self._Omega.nbytes + self._cholesky().nbytes
@@ -99,15 +79,8 @@ class InformationFilter(BlockUpdate):
         P = cho_solve((self._cholesky(), True), unit)[rows]
         return np.asarray(0.5 * (P + P.T))
 
-    def predict(self, odometry: Odometry) -> None:
-        """Move by one increment: with A = F⁻ᵀ Ω F⁻¹ by blocks and N the noise, (A⁻¹ + N)⁻¹ by Woodbury.
-
-        Raises
-        ------
-        VslamError
-            When the increment is not finite or its covariance not positive semi-definite.
-        """
-        check_odometry(odometry)
+    def _predict(self, odometry: Odometry) -> None:
+        """With A = F⁻ᵀ Ω F⁻¹ by blocks and N the noise, (A⁻¹ + N)⁻¹ by Woodbury."""
         F_R, F_n = motion_jacobians(self._X[-3:], odometry.delta)
         N, back = F_n @ odometry.covariance @ F_n.T, np.linalg.inv(F_R)
         R, M = slice(self._size - 3, self._size), slice(0, self._size - 3)
@@ -136,8 +109,7 @@ class InformationFilter(BlockUpdate):
 
     def _found(self, z: FloatArray, S: FloatArray) -> IntArray:
         start, added = self._size - 3, 2 * len(z)
-        self._grow(self._size + added)
-        Omega = self._Omega
+        Omega = self._Omega = grown(self._Omega, self._size + added)
         robot = Omega[start : start + 3, : start + 3].copy()
         Omega[start : start + 3] = 0.0
         Omega[start + added : start + added + 3, :start] = robot[:, :start]
@@ -174,19 +146,3 @@ class InformationFilter(BlockUpdate):
     def _inverse(self) -> FloatArray:
         P, _ = dpotri(self._cholesky(), lower=1)
         return np.tril(P) + np.tril(P, -1).T
-
-    def _landmarks_at(self, numbers: IntArray) -> FloatArray:
-        return self._X[:-3].reshape(-1, 2)[numbers]
-
-    def _rows(self, numbers: IntArray) -> IntArray:
-        rows = state_rows(numbers) - 3
-        rows[:3] += self._size
-        return rows
-
-    def _grow(self, size: int) -> None:
-        capacity = -(-size // _CHUNK) * _CHUNK
-        if capacity > len(self._Omega):
-            Omega = np.zeros((capacity, capacity), order="F")
-            n = len(self._Omega)
-            Omega[:n, :n] = self._Omega
-            self._Omega = Omega

@@ -22,9 +22,8 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dgemm
 
 from vslam.backends.parts import sigma_moves
-from vslam.backends.parts.block_update import BlockUpdate
-from vslam.backends.parts.full_covariance import block_diagonal, state_rows
-from vslam.backends.parts.input_checks import check_odometry
+from vslam.backends.parts.full_covariance import block_diagonal
+from vslam.backends.parts.robot_last import RobotLast, grown
 from vslam.backends.parts.sigma_points import cubature, factors, lower_triangle
 from vslam.errors import VslamError
 from vslam.frame import Odometry
@@ -34,36 +33,22 @@ from vslam.slam_backend import backends
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_CHUNK = 64
-
 
 @backends.register("srckf")
-class SquareRootCkf(BlockUpdate):
+class SquareRootCkf(RobotLast):
     """The square-root cubature Kalman filter, a `vslam.slam_backend.Backend`; parameters as `Ekf`'s."""
 
     name = "srckf"
 
     def __init__(self, model: ObservationModel, seed: int = 0) -> None:
-        self.model = model
-        self._size = 3
-        self._X = np.zeros(3)  # [L_1 … L_n, R], as in L
-        self._L = np.zeros((_CHUNK, _CHUNK), order="F")
-
-    @property
-    def pose(self) -> FloatArray:
-        """(3,) float64: x, y (metres), heading (rad, not wrapped)."""
-        return self._X[-3:].copy()
+        super().__init__(model, seed)
+        self._L = grown(np.zeros((self._size, self._size)), self._size)
 
     @property
     def pose_covariance(self) -> FloatArray:
         """P_RR, (3, 3) float64."""
         rows = self._robot_rows
         return rows @ rows.T
-
-    @property
-    def landmarks(self) -> FloatArray:
-        """(n, 2) float64, metres."""
-        return self._X[:-3].reshape(-1, 2).copy()
 
     @property
     def landmark_covariances(self) -> FloatArray:
@@ -78,12 +63,6 @@ class SquareRootCkf(BlockUpdate):
         return P_MR.reshape(-1, 2, 3).transpose(0, 2, 1)
 
     @property
-    def covariance(self) -> FloatArray:
-        """P in the order of the other filters, robot first, (3 + 2n, 3 + 2n) float64."""
-        n = (self._size - 3) // 2
-        return self.joint_covariance(np.arange(n))
-
-    @property
     def memory_bytes(self) -> int:
         """Bytes of X and L."""
         return self._X.nbytes + self._L.nbytes
@@ -93,15 +72,8 @@ class SquareRootCkf(BlockUpdate):
         rows = self._L[self._rows(np.asarray(landmarks, dtype=np.int64)), : self._size]
         return np.asarray(rows @ rows.T)
 
-    def predict(self, odometry: Odometry) -> None:
-        """Move by one increment; only the robot's rows of L change.
-
-        Raises
-        ------
-        VslamError
-            When the increment is not finite or its covariance not positive semi-definite.
-        """
-        check_odometry(odometry)
+    def _predict(self, odometry: Odometry) -> None:
+        """Only the robot's rows of L change."""
         fit = sigma_moves.motion(self.pose, lower_triangle(self._robot_rows), odometry, cubature)
         start, end = self._size - 3, self._size
         self._L[start:end, :start] = fit.matrix @ self._L[start:end, :start]
@@ -126,7 +98,7 @@ class SquareRootCkf(BlockUpdate):
         start, added = self._size - 3, 2 * len(z)
         robot = self._robot_rows
         pose = self.pose
-        self._grow(self._size + added)
+        self._L = grown(self._L, self._size + added)
         last = self._size + added
         both = np.vstack([fit.matrix @ robot, robot])
         noise = np.vstack([fit.residual, np.zeros((3, fit.residual.shape[1]))])
@@ -139,19 +111,6 @@ class SquareRootCkf(BlockUpdate):
     @property
     def _robot_rows(self) -> FloatArray:
         return self._L[self._size - 3 : self._size, : self._size].copy()
-
-    def _rows(self, numbers: IntArray) -> IntArray:
-        rows = state_rows(numbers) - 3
-        rows[:3] += self._size
-        return rows
-
-    def _grow(self, size: int) -> None:
-        capacity = -(-size // _CHUNK) * _CHUNK
-        if capacity > len(self._L):
-            L = np.zeros((capacity, capacity), order="F")
-            n = len(self._L)
-            L[:n, :n] = self._L
-            self._L = L
 
 
 def triangularise(root: FloatArray, HL: FloatArray, L: FloatArray) -> tuple[FloatArray, FloatArray]:

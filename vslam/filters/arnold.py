@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.errors import VslamError
-from vslam.filters.base import Filtered, PictureForm, check_picture
+from vslam.filters.detection import Detection
 from vslam.filters.registry import register
 
 # vslam.filters.stages is imported where a filter is built, not here: see vslam.filters.seed
@@ -21,7 +21,7 @@ from vslam.filters.registry import register
     source="Arnold, Ghosh, Ameling & Lacey 2010, EURASIP JIVP 814319, section 2; repair: Telea 2004",
 )
 @dataclass(frozen=True)
-class Arnold2010:
+class Arnold2010(Detection):
     """Detection as for endoscopes (`stages.endoscopic_highlights`); the repair is not the paper's.
 
     It assumes small highlights, nearly as bright as the sensor goes, on a picture of one reddish colour whose
@@ -42,43 +42,29 @@ class Arnold2010:
         N_min, pixels: larger regions must have a steep contour.
     gradient : float
         T3, grey levels per pixel, of that contour.
-    repair : str
-        What becomes of the mask: "inpaint" (Telea 2004, OpenCV) or "none".
-
-    Raises
-    ------
-    VslamError
-        When a parameter has no meaning.
     """
 
     name: ClassVar[str] = "arnold2010"
-    wants: ClassVar[PictureForm] = PictureForm.SRGB8
     absolute: float = 240.0
     candidate: float = 180.0
     contrast: float = 1.0
     window: int = 31
     largest: int = 9000
     gradient: float = 5.0
-    repair: str = "inpaint"
 
     def __post_init__(self) -> None:
-        from vslam.filters.stages.detected import check_repair
-
-        check_repair(self.name, self.repair)
+        super().__post_init__()
         if self.window < 1 or self.window % 2 == 0:
             raise VslamError(f"light filter 'arnold2010': window {self.window}; give a positive odd number")
         if not min(self.absolute, self.candidate, self.contrast) > 0:
             raise VslamError("light filter 'arnold2010': absolute, candidate and contrast must be above 0")
 
-    def __call__(self, image: NDArray[np.uint8]) -> Filtered:
-        """Detect, then repair."""
+    def _highlights(self, image: NDArray[np.uint8]) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         from vslam.filters.stages import endoscopic_highlights as arnold
-        from vslam.filters.stages.detected import detected
 
-        check_picture(image)
         thresholds = arnold.Thresholds(
             self.absolute, self.candidate, self.contrast, self.window, self.largest, self.gradient
         )
         evidence = arnold.highlight_evidence(image, thresholds)
         mask = arnold.without_bright_areas(evidence > 1.0, image, thresholds)
-        return detected(image, mask, evidence / (1.0 + evidence), self.repair)
+        return mask, evidence / (1.0 + evidence)

@@ -5,6 +5,7 @@ They call every pixel affected and score none, and say nothing of what is light 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,13 +19,30 @@ from vslam.filters.registry import register
 # OpenCV and vslam.filters.stages are imported where they are needed: see vslam.filters.seed
 
 
+class Enhancement(ABC):
+    """A filter that enhances the whole picture."""
+
+    wants: ClassVar[PictureForm] = PictureForm.SRGB8
+
+    def __call__(self, image: NDArray[Any]) -> Filtered:
+        """Enhance."""
+        check_picture(image, self.wants)
+        shape = image.shape[:2]
+        everywhere, nowhere = np.ones(shape, dtype=np.bool_), np.zeros(shape, dtype=np.float32)
+        return Filtered(self._enhanced(image), everywhere, nowhere)
+
+    @abstractmethod
+    def _enhanced(self, image: NDArray[Any]) -> NDArray[Any]:
+        """The enhanced picture, in the form that is wanted."""
+
+
 @register(
     "clahe",
     summary="evens out local contrast of the lightness; detects nothing",
     source="Zuiderveld 1994, Graphics Gems IV (contrast limited adaptive histogram equalisation); OpenCV",
 )
 @dataclass(frozen=True)
-class Clahe:
+class Clahe(Enhancement):
     """CLAHE of CIE L*, colours kept.
 
     Attributes
@@ -41,7 +59,6 @@ class Clahe:
     """
 
     name: ClassVar[str] = "clahe"
-    wants: ClassVar[PictureForm] = PictureForm.SRGB8
     clip: float = 2.0
     tiles: int = 8
 
@@ -49,14 +66,12 @@ class Clahe:
         if not self.clip > 0 or self.tiles < 1:
             raise VslamError(f"light filter 'clahe': clip {self.clip}, tiles {self.tiles}; give more than 0")
 
-    def __call__(self, image: NDArray[np.uint8]) -> Filtered:
-        """Enhance."""
+    def _enhanced(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         import cv2
 
-        check_picture(image)
         lab = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2LAB)
         lab[..., 0] = cv2.createCLAHE(self.clip, (self.tiles, self.tiles)).apply(lab[..., 0])
-        return _everywhere(cv2.cvtColor(lab, cv2.COLOR_LAB2RGB))
+        return np.asarray(cv2.cvtColor(lab, cv2.COLOR_LAB2RGB), dtype=np.uint8)
 
 
 @register(
@@ -65,7 +80,7 @@ class Clahe:
     source="power law; Gonzalez & Woods, Digital Image Processing, section 3.2",
 )
 @dataclass(frozen=True)
-class Gamma:
+class Gamma(Enhancement):
     """A power law of the recorded values over 255.
 
     Attributes
@@ -80,20 +95,17 @@ class Gamma:
     """
 
     name: ClassVar[str] = "gamma"
-    wants: ClassVar[PictureForm] = PictureForm.SRGB8
     exponent: float = 1.5
 
     def __post_init__(self) -> None:
         if not 0.0 < self.exponent < np.inf:
             raise VslamError(f"light filter 'gamma': exponent {self.exponent}; give a positive number")
 
-    def __call__(self, image: NDArray[np.uint8]) -> Filtered:
-        """Enhance."""
+    def _enhanced(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         import cv2
 
-        check_picture(image)
         codes = np.rint(255.0 * (np.arange(256) / 255.0) ** self.exponent).astype(np.uint8)
-        return _everywhere(cv2.LUT(np.ascontiguousarray(image), codes))
+        return np.asarray(cv2.LUT(np.ascontiguousarray(image), codes), dtype=np.uint8)
 
 
 @register(
@@ -102,7 +114,7 @@ class Gamma:
     source="Jobson, Rahman & Woodell 1997, IEEE TIP 6 (3), eq. 1 (centre/surround retinex)",
 )
 @dataclass(frozen=True)
-class Retinex:
+class Retinex(Enhancement):
     """R = log I − log(F ∗ I) of each channel, F a Gaussian.
 
     It is shown from 3 standard deviations below its mean to 3 above. It assumes that light changes slowly
@@ -120,23 +132,20 @@ class Retinex:
     """
 
     name: ClassVar[str] = "retinex"
-    wants: ClassVar[PictureForm] = PictureForm.SRGB8
     sigma: float = 80.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.sigma < np.inf:
             raise VslamError(f"light filter 'retinex': sigma {self.sigma}; give a positive number")
 
-    def __call__(self, image: NDArray[np.uint8]) -> Filtered:
-        """Enhance."""
-        check_picture(image)
+    def _enhanced(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         levels = image.astype(np.float32) + np.float32(1.0)  # log 0 is none
         response = np.log(levels) - np.log(_surround(levels, self.sigma))
         middle, spread = float(response.mean()), 3.0 * float(response.std())
         if spread < 1e-4:  # nothing to see: a picture of one value
-            return _everywhere(image.copy())
+            return image.copy()
         shown = np.clip((response - middle) / (2.0 * spread) + 0.5, 0.0, 1.0)
-        return _everywhere(np.rint(255.0 * shown).astype(np.uint8))
+        return np.rint(255.0 * shown).astype(np.uint8)
 
 
 @register(
@@ -145,7 +154,7 @@ class Retinex:
     source="Mertens, Kautz & Van Reeth 2007, Pacific Graphics, eqs. 1 … 4; the bracket is computed",
 )
 @dataclass(frozen=True)
-class ExposureFusion:
+class ExposureFusion(Enhancement):
     """Exposure fusion of a synthetic bracket: the linear picture times powers of two, clipped and encoded.
 
     A real bracket would show what lies under clipped highlights. This one has no more light than the one
@@ -173,14 +182,12 @@ class ExposureFusion:
         if not 0.0 < self.stops <= 8.0:
             raise VslamError(f"light filter 'exposure_fusion': stops {self.stops} is outside 0…8")
 
-    def __call__(self, image: NDArray[np.float32]) -> Filtered:
-        """Enhance."""
+    def _enhanced(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         from vslam.filters.stages.exposure_fusion import fused
         from vslam.filters.stages.srgb import decode_exactly, encode
 
-        check_picture(image, self.wants)
         bracket = [encode(image * np.float32(2.0**stop)) for stop in (-self.stops, 0.0, self.stops)]
-        return _everywhere(decode_exactly(fused(bracket)).astype(np.float32))
+        return decode_exactly(fused(bracket)).astype(np.float32)
 
 
 def _surround(levels: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
@@ -194,8 +201,3 @@ def _surround(levels: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     )
     blurred = cv2.GaussianBlur(small, (0, 0), sigma / shrink, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(cv2.resize(blurred, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
-
-
-def _everywhere(image: NDArray[Any]) -> Filtered:
-    shape = image.shape[:2]
-    return Filtered(image, np.ones(shape, dtype=np.bool_), np.zeros(shape, dtype=np.float32))

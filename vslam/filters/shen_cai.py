@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.errors import VslamError
-from vslam.filters.base import Filtered, PictureForm, check_picture
 from vslam.filters.registry import register
+from vslam.filters.separation import Separation
 
 # vslam.filters.stages is imported where a filter is built, not here: see vslam.filters.seed
 
@@ -21,7 +21,7 @@ from vslam.filters.registry import register
     source="Shen & Cai 2009, Applied Optics 48 (14), modified specular-free image",
 )
 @dataclass(frozen=True)
-class Shen2009:
+class Shen2009(Separation):
     """Separation by an offset to the smallest channel (`stages.modified_specular_free`).
 
     It assumes linear light, white-balanced; that diffuse surfaces are saturated or dark enough for their
@@ -32,31 +32,19 @@ class Shen2009:
     ----------
     degree : float
         η of the threshold mean + η standard deviations of the smallest channel.
-    residue : float
-        Grey levels of 255 by which the specular part must change the recorded picture to be masked.
-
-    Raises
-    ------
-    VslamError
-        When a parameter has no meaning.
     """
 
     name: ClassVar[str] = "shen2009"
-    wants: ClassVar[PictureForm] = PictureForm.LINEAR
     degree: float = 0.5
-    residue: float = 16.0
 
     def __post_init__(self) -> None:
-        from vslam.filters.stages.separated import check_levels
+        from vslam.filters.stages.modified_specular_free import diffuse_by_offset  # noqa: F401
 
-        check_levels(self.name, self.residue)
+        super().__post_init__()
         if not 0.0 <= self.degree < np.inf:
             raise VslamError(f"light filter 'shen2009': degree {self.degree}; give 0 or more")
 
-    def __call__(self, image: NDArray[np.float32]) -> Filtered:
-        """Separate."""
+    def _diffuse(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         from vslam.filters.stages.modified_specular_free import diffuse_by_offset
-        from vslam.filters.stages.separated import separated
 
-        check_picture(image, self.wants)
-        return separated(image, diffuse_by_offset(image, self.degree), self.residue)
+        return diffuse_by_offset(image, self.degree)

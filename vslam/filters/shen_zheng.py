@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.filters.base import Filtered, PictureForm, check_picture
 from vslam.filters.registry import register
+from vslam.filters.separation import Separation
 
 # vslam.filters.stages is imported where a filter is built, not here: see vslam.filters.seed
 
@@ -20,41 +20,25 @@ from vslam.filters.registry import register
     source="Shen & Zheng 2013, Applied Optics 52 (19); clusters and median of Souza et al. 2018, SIBGRAPI",
 )
 @dataclass(frozen=True)
-class Shen2013:
+class Shen2013(Separation):
     """Separation by the intensity ratio of clusters (`stages.intensity_ratio`).
 
     It assumes linear light, white-balanced; that three colours are enough for the bright part of the picture
     (Souza 2018's number); and that at least half of each cluster's pixels are diffuse. Clusters without
     colour stay as they are.
-
-    Attributes
-    ----------
-    residue : float
-        Grey levels of 255 by which the specular part must change the recorded picture to be masked.
-
-    Raises
-    ------
-    VslamError
-        When a parameter has no meaning.
     """
 
     name: ClassVar[str] = "shen2013"
-    wants: ClassVar[PictureForm] = PictureForm.LINEAR
-    residue: float = 16.0
 
     def __post_init__(self) -> None:
         from vslam.filters.stages.intensity_ratio import diffuse_by_intensity_ratio  # noqa: F401
-        from vslam.filters.stages.separated import check_levels
 
-        check_levels(self.name, self.residue)
+        super().__post_init__()
 
-    def __call__(self, image: NDArray[np.float32]) -> Filtered:
-        """Separate."""
+    def _diffuse(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         from vslam.filters.stages.intensity_ratio import diffuse_by_intensity_ratio
-        from vslam.filters.stages.separated import separated
 
-        check_picture(image, self.wants)
-        return separated(image, diffuse_by_intensity_ratio(image), self.residue)
+        return diffuse_by_intensity_ratio(image)
 
 
 @register(
@@ -63,39 +47,23 @@ class Shen2013:
     source="Yamamoto & Nakazawa 2019, ITE Trans. MTA 7 (2), on Shen & Zheng 2013",
 )
 @dataclass(frozen=True)
-class Yamamoto2019:
+class Yamamoto2019(Separation):
     """Separation by `Shen2013` and its correction (`stages.error_correction`).
 
     It assumes what `Shen2013` does; that a failure is an edge in the diffuse part that the picture lacks; and
     that a pixel of the same look and a better separation lies close by.
-
-    Attributes
-    ----------
-    residue : float
-        Grey levels of 255 by which the specular part must change the recorded picture to be masked.
-
-    Raises
-    ------
-    VslamError
-        When a parameter has no meaning.
     """
 
     name: ClassVar[str] = "yamamoto2019"
-    wants: ClassVar[PictureForm] = PictureForm.LINEAR
-    residue: float = 16.0
 
     def __post_init__(self) -> None:
         from vslam.filters.stages.error_correction import corrected  # noqa: F401
         from vslam.filters.stages.intensity_ratio import diffuse_by_intensity_ratio  # noqa: F401
-        from vslam.filters.stages.separated import check_levels
 
-        check_levels(self.name, self.residue)
+        super().__post_init__()
 
-    def __call__(self, image: NDArray[np.float32]) -> Filtered:
-        """Separate, then correct."""
+    def _diffuse(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         from vslam.filters.stages.error_correction import corrected
         from vslam.filters.stages.intensity_ratio import diffuse_by_intensity_ratio
-        from vslam.filters.stages.separated import separated
 
-        check_picture(image, self.wants)
-        return separated(image, corrected(image, diffuse_by_intensity_ratio(image)), self.residue)
+        return corrected(image, diffuse_by_intensity_ratio(image))

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vslam.errors import VslamError
-from vslam.filters.base import Filtered, PictureForm, check_picture
 from vslam.filters.registry import register
+from vslam.filters.separation import Separation
 
 # vslam.filters.stages is imported where a filter is built, not here: see vslam.filters.seed
 
@@ -21,7 +21,7 @@ from vslam.filters.registry import register
     source="Yang, Wang & Ahuja 2010, ECCV, eqs. 5 and 10, algorithm 1; bilateral grid of Chen 2007",
 )
 @dataclass(frozen=True)
-class Yang2010:
+class Yang2010(Separation):
     """Separation with a Λmax for each pixel (`stages.bilateral_propagation`).
 
     It assumes linear light, white-balanced and unclipped; that Λmax is smooth within a surface; and that
@@ -32,33 +32,19 @@ class Yang2010:
     ----------
     passes : int
         Of the propagation, at most.
-    residue : float
-        Grey levels of 255 by which the specular part must change the recorded picture to be masked.
-
-    Raises
-    ------
-    VslamError
-        When a parameter has no meaning.
     """
 
     name: ClassVar[str] = "yang2010"
-    wants: ClassVar[PictureForm] = PictureForm.LINEAR
     passes: int = 2
-    residue: float = 16.0
 
     def __post_init__(self) -> None:
         from vslam.filters.stages.bilateral_propagation import propagated_chromaticity  # noqa: F401
-        from vslam.filters.stages.separated import check_levels
 
-        check_levels(self.name, self.residue)
+        super().__post_init__()
         if self.passes < 1:
             raise VslamError(f"light filter 'yang2010': passes {self.passes}; give at least 1")
 
-    def __call__(self, image: NDArray[np.float32]) -> Filtered:
-        """Separate."""
+    def _diffuse(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         from vslam.filters.stages.bilateral_propagation import propagated_chromaticity, with_chromaticity
-        from vslam.filters.stages.separated import separated
 
-        check_picture(image, self.wants)
-        lambda_max = propagated_chromaticity(image, self.passes)
-        return separated(image, with_chromaticity(image, lambda_max), self.residue)
+        return with_chromaticity(image, propagated_chromaticity(image, self.passes))

@@ -17,12 +17,13 @@ from scipy.spatial.transform import Rotation
 
 from bench.camera_choice import camera
 from bench.generate import generate
+from bench.illumination_grid import Illumination
+from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
 from bench.progress import Silent
 from bench.sequences import pairs
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
-from bench.study_model import Illumination, RenderedStudy
 from renderers.basis import LightBasis
 from renderers.camera import pixel_grid, pixel_rays
 from renderers.truth import Recording

@@ -1,4 +1,6 @@
-"""What a picture does to a Gaussian state: matched observations correct it in one block, new ones found."""
+"""What a Gaussian state goes through: motions, and pictures, whose matched observations correct it in one
+block and whose new ones found landmarks.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.backends.parts.input_checks import check_hypothesis, check_observations
-from vslam.frame import Observations
+from vslam.backends.parts.input_checks import check_hypothesis, check_observations, check_odometry
+from vslam.frame import Observations, Odometry
 from vslam.observation import ObservationModel
 from vslam.slam_backend import NEW
 
@@ -21,6 +23,17 @@ class BlockUpdate(ABC):
 
     model: ObservationModel
     _size: int
+
+    def predict(self, odometry: Odometry) -> None:
+        """Move by one increment.
+
+        Raises
+        ------
+        VslamError
+            When the increment is not finite or its covariance not positive semi-definite.
+        """
+        check_odometry(odometry)
+        self._predict(odometry)
 
     def update(self, observations: Observations, hypothesis: IntArray) -> IntArray:
         """Correct with the matched observations, then found landmarks for the new ones.
@@ -53,6 +66,10 @@ class BlockUpdate(ABC):
         if new.any():
             matches[new] = self._found(z[new], S[new])
         return matches
+
+    @abstractmethod
+    def _predict(self, odometry: Odometry) -> None:
+        """Move the state by one increment, which has been checked."""
 
     @abstractmethod
     def _correct(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> None:

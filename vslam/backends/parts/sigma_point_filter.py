@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from vslam.backends.parts import sigma_moves
 from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, state_rows
-from vslam.backends.parts.input_checks import check_odometry
 from vslam.backends.parts.sigma_points import Rule, factor
 from vslam.frame import Odometry
 
@@ -25,15 +24,7 @@ class SigmaPointFilter(FullCovariance):
     def rule_of(n: int) -> Rule:
         """The sigma points of n dimensions."""
 
-    def predict(self, odometry: Odometry) -> None:
-        """Move by one increment; P_MM is untouched.
-
-        Raises
-        ------
-        VslamError
-            When the increment is not finite or its covariance not positive semi-definite.
-        """
-        check_odometry(odometry)
+    def _predict(self, odometry: Odometry) -> None:
         A = factor(self.pose_covariance)
         fit = sigma_moves.motion(self._X[:3], A, odometry, self.rule_of)
         self._move(fit.mean, fit.matrix, fit.residual @ fit.residual.T)

@@ -78,7 +78,7 @@ def nees_band(repetitions: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class DriveColumn:
+class BackendColumn:
     """One number of the table."""
 
     title: str
@@ -87,19 +87,19 @@ class DriveColumn:
 
 
 COLUMNS = (
-    DriveColumn("RMSE, m", "rmse_m", 3),
-    DriveColumn("RMSE after SE(2) alignment (ATE), m", "rmse_aligned_m", 3),
-    DriveColumn("RPE over 10 steps, m", "rpe_m", 3),
-    DriveColumn("RPE over 10 steps, °", "rpe_deg", 2),
-    DriveColumn("landmark RMSE, m", "landmark_rmse_m", 3),
-    DriveColumn("NEES (3 ideal)", "nees", 2),
-    DriveColumn("landmarks mapped", "landmarks_mapped", 0),
-    DriveColumn("ms per step", "step_ms", 2),
-    DriveColumn("memory, MB", "memory_mb", 2),
+    BackendColumn("RMSE, m", "rmse_m", 3),
+    BackendColumn("RMSE after SE(2) alignment (ATE), m", "rmse_aligned_m", 3),
+    BackendColumn("RPE over 10 steps, m", "rpe_m", 3),
+    BackendColumn("RPE over 10 steps, °", "rpe_deg", 2),
+    BackendColumn("landmark RMSE, m", "landmark_rmse_m", 3),
+    BackendColumn("NEES (3 ideal)", "nees", 2),
+    BackendColumn("landmarks mapped", "landmarks_mapped", 0),
+    BackendColumn("ms per step", "step_ms", 2),
+    BackendColumn("memory, MB", "memory_mb", 2),
 )
 
 
-def shown(group: Group, column: DriveColumn) -> tuple[str, str]:
+def shown(group: Group, column: BackendColumn) -> tuple[str, str]:
     """Mean over the repetitions, and their smallest and largest value where there are several."""
     values = group.values(column.key)
     if not len(values):

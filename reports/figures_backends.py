@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reports import drives, style
+from reports import backends, style
 from reports.run import Run
 
 WIDE = 10.0
@@ -15,8 +15,8 @@ WIDE = 10.0
 
 def draw_spread(run: Run, scene: str) -> Path:
     """Save the RMSE of each back-end on a drive, a dot per repetition, and the Cramér–Rao bound."""
-    data = drives.frame(run, scene)
-    shown = [g for g in drives.groups(run, scene) if len(g.rows)]
+    data = backends.frame(run, scene)
+    shown = [g for g in backends.groups(run, scene) if len(g.rows)]
     with style.styled():
         figure = style.new_figure(9.6, 0.32 * len(shown) + 1.1)
         panel = figure.subplots()
@@ -24,7 +24,7 @@ def draw_spread(run: Run, scene: str) -> Path:
             values = group.values("rmse_m")
             panel.plot(values, np.full(len(values), y), "o", color=group.colour, alpha=0.55, markersize=4)
             panel.plot(values.mean(), y, "|", color=style.INK, markersize=13, markeredgewidth=1.6)
-        bound = drives.bound_m(run, scene)
+        bound = backends.bound_m(run, scene)
         if np.isfinite(bound):
             label = f"Cramér–Rao bound {bound:.3f} m"
             panel.axvline(bound, color=style.INK, linewidth=0.9, linestyle=(0, (4, 3)), label=label)
@@ -39,4 +39,4 @@ def draw_spread(run: Run, scene: str) -> Path:
             panel.set_xlim(0, None)
         panel.grid(axis="x")
         panel.tick_params(axis="y", length=0)
-        return style.save(figure, data, run.folder, f"drives-rmse--{scene}")
+        return style.save(figure, data, run.folder, f"backends-rmse--{scene}")

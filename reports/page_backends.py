@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reports import dissertation, drives, figures_drives, provenance, terminal_drives
+from reports import backends, dissertation, figures_backends, provenance, terminal_backends
 from reports.kind import Kind
 from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import Run
@@ -32,9 +32,9 @@ CAVEATS = (
 
 def compose(run: Run) -> Page:
     """Draw the figures and lay out the page."""
-    scenes = drives.scenes(run)
-    fed = drives.truth_fed(run)
-    further = [dissertation.VIRTUAL] if drives.simulates_dissertation(run) else []
+    scenes = backends.scenes(run)
+    fed = backends.truth_fed(run)
+    further = [dissertation.VIRTUAL] if backends.simulates_dissertation(run) else []
     if fed:
         further.append(
             f"The odometry of {', '.join(fed)} was fed by the truth (odometry: truth_fed): those errors are "
@@ -44,7 +44,7 @@ def compose(run: Run) -> Page:
         run.title,
         provenance.subtitle(run),
         run.description,
-        drives.verdict(run),
+        backends.verdict(run),
         tuple(further),
         (
             *(
@@ -63,47 +63,47 @@ def compose(run: Run) -> Page:
 
 
 def table(run: Run, scene: str) -> Table:
-    """Back-ends on a drive, the bound, and the published results; ``figures/drives--<scene>.csv``."""
+    """Back-ends on a drive, the bound, and the published results; ``figures/backends--<scene>.csv``."""
     import pandas as pd
 
-    every = drives.groups(run, scene)
+    every = backends.groups(run, scene)
     rows = [_row(group) for group in every]
-    bound = drives.bound_m(run, scene)
-    empty = (Cell(),) * (len(drives.COLUMNS) - 1)
+    bound = backends.bound_m(run, scene)
+    empty = (Cell(),) * (len(backends.COLUMNS) - 1)
     if np.isfinite(bound):
         rows.append(TableRow(BOUND, (Cell(number(bound, 3)), *empty), quiet=True))
-    if drives.simulates_dissertation(run, scene):
+    if backends.simulates_dissertation(run, scene):
         rows += [
             TableRow(p.label, (Cell(number(p.rmse_m, 2)), *empty), p.source, quiet=True)
             for p in dissertation.ROWS
         ]
-    head = tuple(c.title for c in drives.COLUMNS)
+    head = tuple(c.title for c in backends.COLUMNS)
     data = [(r.label, *(f"{c.value} {c.interval}".strip() for c in r.cells), r.note) for r in rows]
-    name = f"drives--{scene}.csv"
+    name = f"backends--{scene}.csv"
     write_csv(pd.DataFrame(data, columns=["back-end", *head, "note"]), run.folder / "figures" / name)
     repetitions = max((len(g.rows) for g in every), default=0)
     notes: tuple[str, ...] = ()
     if repetitions:
-        low, high = drives.nees_band(repetitions)
+        low, high = backends.nees_band(repetitions)
         notes = (f"95 % band of the NEES for {repetitions} repetition(s): {low:.2f} … {high:.2f}.",)
     return Table(f"Back-ends on {scene}", "back-end", head, tuple(rows), notes, f"figures/{name}")
 
 
-def _row(group: drives.Group) -> TableRow:
+def _row(group: backends.Group) -> TableRow:
     note = f"failed {len(group.failures)} x: {group.failures[0]}" if group.failures else ""
-    return TableRow(group.label, tuple(Cell(*drives.shown(group, c)) for c in drives.COLUMNS), note)
+    return TableRow(group.label, tuple(Cell(*backends.shown(group, c)) for c in backends.COLUMNS), note)
 
 
 def _pictures(run: Run, scene: str) -> tuple[Picture, ...]:
-    if not any(len(g.rows) for g in drives.groups(run, scene)):
+    if not any(len(g.rows) for g in backends.groups(run, scene)):
         return ()
     return (
         Picture(
-            figures_drives.draw_spread(run, scene),
+            figures_backends.draw_spread(run, scene),
             "Position error of every repetition",
             "The spread between repetitions of the same noise is what a single published number hides.",
         ),
     )
 
 
-KIND = Kind(compose, terminal_drives.summary, failures, filtered=False)
+KIND = Kind(compose, terminal_backends.summary, failures, filtered=False)

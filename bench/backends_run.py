@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench import log_parts
+from bench.backend_choice import BackendChoice
 from bench.data import dlr_folder
 from bench.dlr_run import write
 from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive
+from bench.kinds.backends import BackendsStudy
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
 from bench.progress import Progress
@@ -18,7 +19,6 @@ from bench.score import Replay, run_and_score
 from bench.sequences import dlr, simulated
 from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
-from bench.study_model import BackendChoice, DriveStudy
 from bench.workers import workers
 from vslam.slam import SlamSettings
 
@@ -27,7 +27,7 @@ from vslam.slam import SlamSettings
 class Task:
     """A back-end on one repetition of a drive; ``log`` where the drive needs it."""
 
-    study: DriveStudy
+    study: BackendsStudy
     drive: AnyDrive
     backend: BackendChoice
     run: int
@@ -35,10 +35,10 @@ class Task:
     log: dlr.DlrLog | None
 
 
-def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
+def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
     facts = RunFacts("none")
-    log = dlr.load(dlr_folder(options.data)) if log_parts.reads_data(study) else None
+    log = dlr.load(dlr_folder(options.data)) if study.reads_data() else None
     pairs = [(drive, k) for drive in study.drives for k in range(_repetitions(study, drive))]
     replays: list[Replay] = []
     with workers(options.workers) as pool:
@@ -60,7 +60,7 @@ def run(study: DriveStudy, folder: RunFolder, options: RunOptions, progress: Pro
     return facts
 
 
-def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) -> Drive:
+def make(study: BackendsStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) -> Drive:
     """One repetition of a drive."""
     if isinstance(choice, LoopDrive):
         return simulated.round_loop(choice, study.seed, run)
@@ -72,11 +72,11 @@ def make(study: DriveStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) 
     return simulated.along_log(choice, log, study.seed, run)
 
 
-def _repetitions(study: DriveStudy, drive: AnyDrive) -> int:
+def _repetitions(study: BackendsStudy, drive: AnyDrive) -> int:
     return 1 if isinstance(drive, RecordedDrive | FileDrive) else study.seeds
 
 
-def _bound(task: tuple[DriveStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:
+def _bound(task: tuple[BackendsStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:
     study, choice, run, log = task
     return position_bound(make(study, choice, run, log))
 

@@ -1,22 +1,23 @@
-"""A study of drives from its file to its report."""
+"""A study of back-ends from its file to its report."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from bench import catalogue, cli
+from bench import cli
 from bench.errors import BenchError
+from bench.kinds.backends import BackendsStudy
 from bench.options import RunOptions
 from bench.progress import Silent
 from bench.runner import run
 from bench.schema import RUN_COLUMNS
 from bench.store import read
-from bench.study import DriveStudy, dump, load, parse
+from bench.study import dump, load, parse
 from reports import html
 from vslam.errors import VslamError
 
 TEXT = """
-sequence: drives
+sequence: backends
 name: small
 seeds: 2
 drives:
@@ -51,7 +52,7 @@ def test_the_page_and_the_terminal_show_them(folder, capsys):
     page = (folder / "report.html").read_text()
     for text in ("graph_smoothed", "Cramér–Rao bound", "band of the NEES for 2"):
         assert text in page
-    table = pd.read_csv(folder / "figures" / "drives--loop.csv")
+    table = pd.read_csv(folder / "figures" / "backends--loop.csv")
     assert "rbpf" in set(table["back-end"])
     assert "dissertation, proposed" not in page, "only beside the dissertation's sensor"
     assert cli.execute(["report", str(folder)]) == 0
@@ -68,7 +69,7 @@ def test_the_same_seed_the_same_numbers_for_any_workers(folder, tmp_path):
 @pytest.mark.parametrize("name", ["backends", "dissertation"])
 def test_packaged_studies_compare_the_literature(name):
     study = load(name)
-    assert isinstance(study, DriveStudy)
+    assert isinstance(study, BackendsStudy)
     assert {b.name for b in study.backends} >= {
         *("ekf", "ekf_fej", "riekf", "ukf", "ckf", "srckf", "information", "fastslam1", "fastslam2", "graph")
     }
@@ -76,7 +77,7 @@ def test_packaged_studies_compare_the_literature(name):
     assert all(
         getattr(d, "odometry", None) is None or d.odometry.protocol == "measured" for d in study.drives
     )
-    catalogue.check(study)
+    study.check()
 
 
 def test_the_dissertations_sensor_is_stated():
@@ -113,7 +114,7 @@ def test_wrong_keys_are_one_line(old, new, message):
 )
 def test_wrong_back_ends_cost_no_run(old, new, message):
     with pytest.raises(VslamError, match=message):
-        catalogue.check(parse(TEXT.replace(old, new), "small.yaml"))
+        parse(TEXT.replace(old, new), "small.yaml").check()
 
 
 def test_a_run_that_breaks_down_is_a_row(tmp_path, monkeypatch):
