@@ -65,7 +65,7 @@ def run(study: ClosedLoopStudy, folder: RunFolder, options: RunOptions, progress
         lights = study.lights()
         colours = light_colours(study, cache)
         setups = [
-            SequenceSetup(only(study, i), choice.name, colours, 1, cache, sparse_shadows=True) for i in lights
+            SequenceSetup(only(study, i), choice.name, colours, 1, cache, cached_shadows=True) for i in lights
         ]
         with facts.timed("bake"), progress.stage("bake light", len(setups)) as advance:
             for setup in setups:

@@ -85,9 +85,9 @@ class SceneRenderer:
         How much work goes into baked light; less for previews and tests.
     mirrored : bool
         Whether bases tell the depth of what is mirrored, which motion blur needs.
-    sparse_shadows : bool
-        Whether blocks of pixels share shadow rays, for a robot that waits for the picture
-        (`renderers.shadows`).
+    cached_shadows : bool
+        Whether what lights reach is told once and kept, for a robot that waits for its pictures
+        (`renderers.shadow_cache`).
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class SceneRenderer:
         cache: Path | None = None,
         quality: BakeQuality = FULL_QUALITY,
         mirrored: bool = False,
-        sparse_shadows: bool = False,
+        cached_shadows: bool = False,
     ) -> None:
         if supersampling < 1:
             raise RendererError(f"supersampling {supersampling}: must be at least 1")
@@ -123,7 +123,7 @@ class SceneRenderer:
             quality.bounces >= 0,
             self._threads,
             supersampling,
-            sparse_shadows,
+            cached_shadows,
         )
         self._engine = make_engine(engine, self._mesh, camera.enlarged(supersampling), self._caster)
 
@@ -140,12 +140,13 @@ class SceneRenderer:
         diffuse, specular = self._shader.shade(gbuffer, surfaces)
         centre = (self._factor - 1) // 2
         pick = np.s_[centre :: self._factor, centre :: self._factor]
-        mirrored = mirror_depth(gbuffer, surfaces, self._caster) if self._mirrored else gbuffer.depth
+        depth = gbuffer.depth
+        mirrored = mirror_depth(gbuffer, surfaces, self._caster) if self._mirrored else depth
         return LightBasis(
             layers=self.layers,
             diffuse=_average(diffuse, self._factor),
             specular=_average(specular, self._factor),
-            depth=np.ascontiguousarray(gbuffer.depth[pick]),
+            depth=np.ascontiguousarray(depth[pick]),
             surface=np.ascontiguousarray(gbuffer.surface[pick]),
             landmark=np.ascontiguousarray(surfaces.landmark[pick]),
             visible_share=self._visible_share(gbuffer),

@@ -6,13 +6,13 @@ What all layers share is found once: triangles, mirrored rays, the neighbours th
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderers.appearance import materials_at
 from renderers.gather import diffuse_albedo
-from renderers.gbuffer import F32, I32, GBuffer, interpolate
+from renderers.gbuffer import F32, I32, I64, GBuffer, interpolate
 from renderers.irradiance import Irradiance
 from renderers.lights import (
-    F64,
     HORIZON_Z,
     BulbLight,
     DirectLight,
@@ -25,7 +25,9 @@ from renderers.lobe_albedo import albedo_table
 from renderers.mesh import NOTHING, RayCaster, SceneMesh
 from renderers.reflection import Reflection
 from renderers.shade import shade_ambient, shade_light
-from renderers.shadows import lit_share, visible_shares
+from renderers.shadow_cache import ShadowCache, lit_shares, visible_points
+from renderers.shadows import POINTS, lit_share, visible_shares
+from renderers.surface_cells import CellGrid
 from renderers.surfaces import Surfaces
 from renderers.threads import BLOCK, Threads
 
@@ -44,8 +46,8 @@ class LayerShader:
         Baked for the same layers.
     bounces : bool
         Whether mirrored surfaces are seen; without, their images are black.
-    sparse_shadows : bool
-        Whether blocks of pixels share shadow rays (`renderers.shadows`).
+    cached_shadows : bool
+        Whether what lights reach is told once (`renderers.shadow_cache`).
     """
 
     def __init__(
@@ -57,13 +59,21 @@ class LayerShader:
         bounces: bool,
         threads: Threads,
         supersampling: int,
-        sparse_shadows: bool = False,
+        cached_shadows: bool = False,
     ) -> None:
-        self._sparse_shadows, self._supersampling = sparse_shadows, supersampling
+        self._supersampling = supersampling
         self._mesh, self._caster, self._layers, self._threads = mesh, caster, layers, threads
         self._suns = [
             (k, light) for k, lights in enumerate(layers) for light in lights if isinstance(light, SunLight)
         ]
+        self._direct_lights = [
+            [light for light in group if isinstance(light, DirectLight)] for group in layers
+        ]
+        self._cells = CellGrid.of(mesh) if cached_shadows else None
+        self._shadows: dict[str, ShadowCache] = {}
+        if self._cells is not None:
+            direct = [light for lights in self._direct_lights for light in lights]
+            self._shadows = {light.name: ShadowCache(self._cells, light, caster, threads) for light in direct}
         sunny = {k for k, _ in self._suns}  # the sun's patches have sharp edges, which vertices would blur
         parts = zip(irradiance.indirect, irradiance.total, strict=True)
         self._indirect = _by_vertex(irradiance.indirect)
@@ -76,10 +86,14 @@ class LayerShader:
         size = (len(self._layers), len(surfaces.surface), 3)
         diffuse, specular = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.float32)
         self._ambient(surfaces, gbuffer.view.origin, diffuse, specular)
+        cells = None
+        if self._cells is not None:
+            seen = gbuffer.triangle, gbuffer.barycentric, surfaces.untilted
+            cells = self._told(self._cells, list(self._shadows), *seen)
         balls = bounding_balls(surfaces.points, BLOCK)
-        for k, lights in enumerate(self._layers):
-            direct = [light for light in lights if isinstance(light, DirectLight)]
-            self._direct(direct, surfaces, balls, diffuse[k], specular[k])
+        for k, lights in enumerate(self._direct_lights):
+            missed = [light.misses(*balls) for light in lights]
+            self._direct(lights, surfaces, missed, cells, diffuse[k], specular[k])
         self._emission(gbuffer, diffuse)
         shape = (len(self._layers), *surfaces.shape, 3)
         return diffuse.reshape(shape), specular.reshape(shape)
@@ -124,55 +138,79 @@ class LayerShader:
             to_light, lux, _ = light.arriving(reflection.points, reflection.normals)
             lit = np.flatnonzero(lux)
             cosine = np.einsum("nk,nk->n", reflection.normals[lit], to_light[lit])
-            rays = reflection.points, reflection.normals, lit
-            row[lit] = lux[lit] * cosine * lit_share(light, *rays, self._caster, threads=self._threads)
+            row[lit] = lux[lit] * cosine * self._sunny(light, reflection, lit)
         return total, np.array([k for k, _ in self._suns], dtype=np.int32)
+
+    def _sunny(self, light: SunLight, reflection: Reflection, lit: I64) -> F32:
+        """The share of a sun that the ends of some mirrored rays see."""
+        rays = reflection.points, reflection.normals, lit, self._caster
+        if self._cells is None:
+            return lit_share(light, *rays, threads=self._threads)
+        ends = reflection.triangle[lit], reflection.barycentric[lit], reflection.normals[lit]
+        cells = self._told(self._cells, [light.name], *ends)
+        return lit_shares(light, self._shadows[light.name], cells, *rays, self._threads)
+
+    def _told(self, grid: CellGrid, lights: list[str], triangle: I32, barycentric: F32, normals: F32) -> I32:
+        """The cells of points on triangles, about which some lights' caches know all there is."""
+        triangle = triangle.reshape(-1)
+        seen = np.zeros(len(grid.side) + 1, dtype=bool)
+        seen[triangle] = True  # the last is the sky's
+        for name in lights:
+            self._shadows[name].tell(seen[:-1])
+        return grid.cells(triangle, barycentric.reshape(-1, 2), normals)
 
     def _direct(
         self,
         lights: list[DirectLight],
         surfaces: Surfaces,
-        balls: tuple[F64, F64],
+        missed: list[NDArray[np.bool_]],
+        cells: I32 | None,
         diffuse: F32,
         specular: F32,
     ) -> None:
-        """Add a layer's suns and bulbs, shadows included; the balls are about each block's points."""
-        n = len(surfaces.surface)
-        lux = [np.zeros(n, dtype=np.float32) for _ in lights]
-        missed = [light.misses(*balls) for light in lights]
-
-        def arrive(part: slice) -> None:
-            for light, column, dark in zip(lights, lux, missed, strict=True):
-                if not dark[part.start // BLOCK]:
-                    column[part] = light.arriving(surfaces.points[part], surfaces.normal[part])[1]
-
-        self._threads.over(n, arrive)
-        near = [k for k, column in enumerate(lux) if column.any()]  # of a building's lamps, a few
-        lights, lux = [lights[k] for k in near], [lux[k] for k in near]
-        points, normals, shape = surfaces.points, surfaces.untilted, surfaces.shape
-        shares = visible_shares(
-            lights, lux, points, normals, self._caster, shape, self._threads, self._sparse_shadows
+        """Add a layer's suns and bulbs, shadows included; ``missed`` blocks of pixels get no light."""
+        seen = (
+            self._cast(lights, surfaces, missed) if cells is None else self._look_up(lights, surfaces, cells)
         )
 
         def shade(part: slice) -> None:
-            for light, column, share in zip(lights, lux, shares, strict=True):
-                lit = column[part] * share[part]
-                if not lit.any():
+            for light, points, dark in zip(lights, seen, missed, strict=True):
+                if dark[part.start // BLOCK] or not points[part].any():
                     continue
-                # worked out once more: cheaper than to keep it for all pixels
-                to_light, _, spread = light.arriving(surfaces.points[part], surfaces.normal[part])
+                to_light, lux, spread = light.arriving(surfaces.points[part], surfaces.normal[part])
+                lux *= points[part] * np.float32(1 / POINTS)
                 shade_light(
                     surfaces.normal[part],
                     surfaces.to_eye[part],
                     to_light,
-                    lit,
+                    lux,
                     spread,
                     *surfaces.material(part),
                     diffuse[part],
                     specular[part],
                 )
 
-        self._threads.over(n, shade)
+        self._threads.over(len(surfaces.surface), shade)
+
+    def _cast(
+        self, lights: list[DirectLight], surfaces: Surfaces, missed: list[NDArray[np.bool_]]
+    ) -> list[NDArray[np.uint8]]:
+        """How many points of each light's disc each pixel sees, by rays of its own."""
+        lux = [np.zeros(len(surfaces.surface), dtype=np.float32) for _ in lights]
+
+        def arrive(part: slice) -> None:
+            for light, column, dark in zip(lights, lux, missed, strict=True):
+                if not dark[part.start // BLOCK]:
+                    column[part] = light.arriving(surfaces.points[part], surfaces.normal[part])[1]
+
+        self._threads.over(len(surfaces.surface), arrive)
+        view = surfaces.points, surfaces.untilted, self._caster, surfaces.shape, self._threads
+        return [(POINTS * share).astype(np.uint8) for share in visible_shares(lights, lux, *view)]
+
+    def _look_up(self, lights: list[DirectLight], surfaces: Surfaces, cells: I32) -> list[NDArray[np.uint8]]:
+        """The same by what is known of the cells."""
+        caches = [self._shadows[light.name] for light in lights]
+        return visible_points(lights, caches, cells, surfaces, self._caster, self._threads)
 
     def _emission(self, gbuffer: GBuffer, diffuse: F32) -> None:
         """Add what shines into the camera by itself: luminous spheres and the sky."""

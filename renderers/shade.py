@@ -41,6 +41,11 @@ AT_ONCE = 64
 DIELECTRIC_F0 = 0.04
 """Reflectance of a dielectric of refractive index 1.5 at normal incidence (glTF 2.0, B.2.1)."""
 
+NARROW = 1e-3
+"""Squared width of a lobe, about where it is looked at, below which float32 does not tell its height."""
+
+ONE, F0, PER_PI = np.float32(1), np.float32(DIELECTRIC_F0), np.float32(1 / np.pi)
+
 
 @njit(cache=True, nogil=True)
 def shade_light(
@@ -70,24 +75,64 @@ def shade_light(
     out_diffuse, out_specular : (n, 3) float32
         Luminance per channel, cd/m²; added to in place.
     """
-    for i in range(len(irradiance)):
-        if irradiance[i] <= 0.0:
+    n, cosines = len(irradiance), np.empty((3, AT_ONCE), dtype=np.float32)
+    terms = np.empty((4, AT_ONCE), dtype=np.float32)
+    for start in range(0, n, AT_ONCE):
+        part = slice(start, min(start + AT_ONCE, n))
+        if not irradiance[part].any():
             continue
-        nl, nv = _dot(normal, to_light, i), _dot(normal, to_eye, i)
-        if nl <= 0.0 or nv <= 0.0:
-            continue
-        vh = np.sqrt(max(0.5 * (1.0 + _dot(to_light, to_eye, i)), 0.0))  # halves the angle between them
-        alpha = max(roughness[i] * roughness[i], SMALLEST_ALPHA)
-        grazing = (1.0 - min(vh, 1.0)) ** 5
-        fresnel = specular[i] * (DIELECTRIC_F0 + (1.0 - DIELECTRIC_F0) * grazing)
-        lobe, lobe_grazing = _lobe_of_disc(normal, to_eye, to_light, i, nv, spread[i], alpha)
-        scattered = (1.0 - metallic[i]) * (1.0 - fresnel) * irradiance[i] * nl / np.pi
-        layer = (1.0 - metallic[i]) * specular[i]
-        for c in range(3):
-            out_diffuse[i, c] += scattered * base_color[i, c]
-            f0 = layer * DIELECTRIC_F0 + metallic[i] * base_color[i, c]
-            f90 = layer + metallic[i]
-            out_specular[i, c] += irradiance[i] * (f0 * (lobe - lobe_grazing) + f90 * lobe_grazing)
+        _cosines(normal[part], to_eye[part], to_light[part], cosines)
+        _of_point_light(cosines, roughness[part], terms)
+        for i in range(part.start, part.stop):
+            m = i - start
+            nl, lobe, grazing, sine2 = terms[0, m], terms[1, m], terms[2, m], terms[3, m]
+            if irradiance[i] <= 0.0 or nl <= 0.0:
+                continue
+            lobe_grazing = lobe * grazing
+            alpha = max(roughness[i] * roughness[i], np.float32(SMALLEST_ALPHA))
+            width2 = sine2 + alpha * alpha
+            if 0.25 * spread[i] * spread[i] > POINT_LIGHT * width2 or width2 < NARROW:
+                lobe, lobe_grazing = _lobe_of_disc(normal, to_eye, to_light, i, spread[i], alpha)
+            fresnel = specular[i] * (F0 + (ONE - F0) * grazing)
+            scattered = (ONE - metallic[i]) * (ONE - fresnel) * irradiance[i] * nl * PER_PI
+            layer = (ONE - metallic[i]) * specular[i]
+            f90 = irradiance[i] * (layer + metallic[i]) * lobe_grazing
+            plain = irradiance[i] * (lobe - lobe_grazing)
+            for c in range(3):
+                out_diffuse[i, c] += scattered * base_color[i, c]
+                out_specular[i, c] += plain * (layer * F0 + metallic[i] * base_color[i, c]) + f90
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cosines(normal: F32, to_eye: F32, to_light: F32, out: F32) -> None:
+    """N·L, N·V and V·L, (3, n): in loops without branches and calls, several pixels run at once."""
+    nl, nv, vl = out[0], out[1], out[2]
+    for i in range(len(normal)):
+        x, y, z = normal[i, 0], normal[i, 1], normal[i, 2]
+        ex, ey, ez = to_eye[i, 0], to_eye[i, 1], to_eye[i, 2]
+        lx, ly, lz = to_light[i, 0], to_light[i, 1], to_light[i, 2]
+        nl[i] = x * lx + y * ly + z * lz
+        nv[i] = x * ex + y * ey + z * ez
+        vl[i] = ex * lx + ey * ly + ez * lz
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _of_point_light(cosines: F32, roughness: F32, terms: F32) -> None:
+    """N·L (0 if either side is hidden), the lobe times it, (1 − V·H)⁵ and sin²(N, H), (4, n)."""
+    zero, half, two = np.float32(0), np.float32(0.5), np.float32(2)
+    tiny, smallest = np.float32(1e-6), np.float32(SMALLEST_ALPHA)
+    for i in range(len(roughness)):
+        nl, nv = max(cosines[0, i], zero), max(cosines[1, i], zero)
+        length = max(np.sqrt(max(two + two * cosines[2, i], zero)), tiny)  # of V + L; half of it is V·H
+        nh, away = (nl + nv) / length, max(ONE - half * length, zero)
+        alpha = max(roughness[i] * roughness[i], smallest)
+        a2, sine2 = alpha * alpha, max(ONE - nh * nh, zero)
+        d = a2 * nh * nh + sine2
+        smith = nl * np.sqrt(nv * nv * (ONE - a2) + a2) + nv * np.sqrt(nl * nl * (ONE - a2) + a2)
+        terms[0, i] = nl if nv > zero else zero
+        terms[1, i] = half * PER_PI * a2 * nl / (d * d * max(smith, tiny))
+        terms[2, i] = away * away * away * away * away
+        terms[3, i] = sine2
 
 
 @njit(cache=True)
@@ -97,7 +142,7 @@ def _dot(a: F32, b: F32, i: int) -> float:
 
 @njit(cache=True)
 def _lobe_of_disc(
-    normal: F32, to_eye: F32, to_light: F32, i: int, nv: float, spread: float, alpha: float
+    normal: F32, to_eye: F32, to_light: F32, i: int, spread: float, alpha: float
 ) -> tuple[float, float]:
     """Mean over a light's disc of the lobe times N·L, plain and weighted by Schlick's (1 − V·H)⁵.
 
@@ -106,7 +151,7 @@ def _lobe_of_disc(
     width takes 7 points that are exact for polynomials of degree 5; a larger one, of which a smooth surface
     shows the image, takes 37, and a lobe no narrower than their distance, which keeps its energy.
     """
-    x, y, z = to_light[i, 0], to_light[i, 1], to_light[i, 2]
+    x, y, z, nv = to_light[i, 0], to_light[i, 1], to_light[i, 2], _dot(normal, to_eye, i)
     lobe, grazing, sine2 = _lobe_times_cosine(normal, to_eye, i, nv, alpha, x, y, z)
     rho2 = 0.25 * spread * spread
     if rho2 <= POINT_LIGHT * (sine2 + alpha * alpha):

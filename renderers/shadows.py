@@ -7,7 +7,7 @@ neighbourhood disagree, and only there, lies a penumbra: its pixels cast the oth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, lru_cache
 
 import cv2
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from renderers.gbuffer import F32, I64
 from renderers.lights import DirectLight
-from renderers.mesh import NOTHING, RayCaster
+from renderers.mesh import RayCaster
 from renderers.threads import ALONE, Threads
 
 POINTS = 16
@@ -28,12 +28,6 @@ NEIGHBOURHOOD = np.ones((5, 5), dtype=np.uint8)
 
 FAINT = 0.01
 """A light that brings less than this share of a point's light needs no smooth shadow."""
-
-FAINT_OF_SPARSE = 0.05
-"""The same where blocks of pixels share a ray."""
-
-BLOCK_PX = 4
-"""Side of the blocks of pixels that may share one first ray."""
 
 PATTERN = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])
 """Bayer's ordered dither (1973): neighbours' numbers differ by much."""
@@ -66,7 +60,6 @@ def visible_shares(
     caster: RayCaster,
     shape: tuple[int, int],
     threads: Threads = ALONE,
-    sparse: bool = False,
 ) -> list[F32]:
     """The share of each light's disc that the points of a picture see.
 
@@ -77,8 +70,6 @@ def visible_shares(
     points, normals : (H·W, 3) float32
         What pixels show.
     shape : (H, W)
-    sparse : bool
-        Whether blocks of `BLOCK_PX` pixels share a first ray where their neighbourhood agrees.
 
     Returns
     -------
@@ -88,19 +79,17 @@ def visible_shares(
     shares, arrived = [], np.zeros(len(points), dtype=np.float32)
     for light, unshadowed in zip(lights, lux, strict=True):
         facing = np.flatnonzero(unshadowed)
-
-        def one_each(which: I64, light: DirectLight = light) -> F32:
-            return _free(light, points, normals, which, number[which], 1, caster, threads)
-
-        free = _sparsely(facing, shape, one_each) if sparse else one_each(facing)
+        free = free_rays(light, points, normals, facing, number[facing], 1, caster, threads)
         share = np.zeros(len(points), dtype=np.float32)
         _note(facing, free, unshadowed, share, arrived)
         shares.append(share)
     for light, unshadowed, share in zip(lights, lux, shares, strict=True):
         if not share.any():
             continue
-        mixed = _penumbra(share, unshadowed, arrived, shape, FAINT_OF_SPARSE if sparse else FAINT)
-        free = _free(light, points, normals, mixed, (number[mixed] + 1) % POINTS, POINTS - 1, caster, threads)
+        mixed = _penumbra(share, unshadowed, arrived, shape)
+        free = free_rays(
+            light, points, normals, mixed, (number[mixed] + 1) % POINTS, POINTS - 1, caster, threads
+        )
         share[mixed] = (share[mixed] + free) / POINTS
     return shares
 
@@ -116,10 +105,10 @@ def lit_share(
 ) -> F32:
     """As `visible_shares`, for the points ``which`` of no picture: ``rays`` each, going round the disc."""
     first = np.arange(0, len(which) * rays, rays) % POINTS
-    return _free(light, points, normals, which, first, rays, caster, threads) / np.float32(rays)
+    return free_rays(light, points, normals, which, first, rays, caster, threads) / np.float32(rays)
 
 
-def _free(
+def free_rays(
     light: DirectLight,
     points: F32,
     normals: F32,
@@ -130,6 +119,8 @@ def _free(
     threads: Threads,
 ) -> F32:
     """(m,) float32: how many of ``count`` rays from each point ``which`` to the disc meet nothing."""
+    if not len(which):
+        return np.zeros(0, dtype=np.float32)
     rays, disc = np.empty((len(which), count, 6), dtype=np.float32), disc_points()
 
     def aim(part: slice) -> None:
@@ -139,53 +130,12 @@ def _free(
     return _count(caster.any_hit(rays, light.far))
 
 
-def _sparsely(facing: I64, shape: tuple[int, int], free_at: Callable[[I64], F32]) -> F32:
-    """(m,) float32: whether the facing pixels' rays are free, by one a block, all where neighbours differ."""
-    rows, columns = (-(-side // BLOCK_PX) for side in shape)
-    first = _first_of_blocks(facing, shape[1], rows, columns)
-    with_any = np.flatnonzero(first != NOTHING)
-    marks = np.zeros((rows * columns, 2), dtype=np.uint8)
-    marks[with_any, (free_at(first[with_any]) > 0).astype(np.intp)] = 1
-    wide = cv2.dilate(marks.reshape(rows, columns, 2), np.ones((3, 3), np.uint8))
-    near = np.asarray(wide, dtype=np.uint8).reshape(-1, 2)
-    free, differ = _as_their_block(facing, shape[1], columns, marks, near)
-    free[differ] = free_at(facing[differ])
-    return free
-
-
-@njit(cache=True, nogil=True)
-def _first_of_blocks(facing: I64, width: int, rows: int, columns: int) -> I64:
-    """The first facing pixel of each block, `NOTHING` where it has none."""
-    first = np.full(rows * columns, NOTHING, dtype=np.int64)
-    for i in facing:
-        block = (i // width) // BLOCK_PX * columns + (i % width) // BLOCK_PX
-        if first[block] == NOTHING:
-            first[block] = i
-    return first
-
-
-@njit(cache=True, nogil=True)
-def _as_their_block(
-    facing: I64, width: int, columns: int, marks: NDArray[np.uint8], near: NDArray[np.uint8]
-) -> tuple[F32, I64]:
-    """Whether the ray of each pixel's block was free, and the pixels for which that is not enough."""
-    free, differ = np.empty(len(facing), dtype=np.float32), np.empty(len(facing), dtype=np.int64)
-    count = 0
-    for k in range(len(facing)):
-        block = (facing[k] // width) // BLOCK_PX * columns + (facing[k] % width) // BLOCK_PX
-        free[k] = marks[block, 1]
-        if near[block, 0] > 0 and near[block, 1] > 0:
-            differ[count] = k
-            count += 1
-    return free, differ[:count]
-
-
-def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int], faint: float) -> I64:
+def _penumbra(share: F32, lux: F32, arrived: F32, shape: tuple[int, int]) -> I64:
     """The pixels about which some rays arrive and some do not, and to which the light matters."""
     marks = np.empty((*shape, 2), dtype=np.uint8)
     _mark(share, lux, marks.reshape(-1, 2))
     near = np.asarray(cv2.dilate(marks, NEIGHBOURHOOD), dtype=np.uint8).reshape(-1, 2)
-    return np.flatnonzero(_disagree(near, lux, arrived, np.float32(faint)))
+    return np.flatnonzero(_disagree(near, lux, arrived, np.float32(FAINT)))
 
 
 @njit(cache=True, nogil=True)

@@ -149,12 +149,12 @@ class PathFollower:
             return
         end = min(self._done_m + self.settings.max_lookahead_m, self._stops[0])
         places = np.append(np.arange(self._done_m, end, 0.02), end)
-        distances = np.linalg.norm(np.stack([self._at(s) for s in places]) - xy, axis=1)
+        distances = np.linalg.norm(self._at(places) - xy, axis=1)
         self._done_m = float(places[int(np.argmin(distances))])
 
-    def _at(self, along: float) -> FloatArray:
-        """(2,) float64: the point so many metres along the path."""
-        return np.array([np.interp(along, self._along, self.path[:, k]) for k in (0, 1)])
+    def _at(self, along: float | FloatArray) -> FloatArray:
+        """(..., 2) float64: the points so many metres along the path."""
+        return np.stack([np.interp(along, self._along, self.path[:, k]) for k in (0, 1)], axis=-1)
 
 
 def _without_repeats(path: FloatArray) -> FloatArray:

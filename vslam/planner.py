@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import distance_transform_edt
 
 from vslam.astar import NoPath, shortest_path
 from vslam.errors import VslamError
@@ -148,6 +148,9 @@ def inflate(blocked: BoolArray, radius_m: float, resolution: float) -> BoolArray
         raise VslamError(f"planner: robot radius must not be negative, got {radius_m}")
     if not blocked.any():
         return np.zeros(blocked.shape, dtype=np.bool_)
-    # 1e-9: a distance equal to the radius counts as blocked whatever the rounding.
-    inflated: BoolArray = distance_transform_edt(~blocked) * resolution <= radius_m + 1e-9
+    cells = cv2.distanceTransform((~blocked).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    # Squared distances are whole numbers. 1e-9: one equal to the radius counts as blocked whatever the
+    # rounding.
+    squared = np.rint(np.square(cells, dtype=np.float64))
+    inflated: BoolArray = np.sqrt(squared) * resolution <= radius_m + 1e-9
     return inflated

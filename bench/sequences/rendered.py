@@ -49,8 +49,8 @@ class SequenceSetup:
         Where baked light is kept.
     quality : BakeQuality
         How much work goes into baked light.
-    sparse_shadows : bool
-        Whether blocks of pixels share shadow rays (`renderers.shadows`).
+    cached_shadows : bool
+        Whether what lights reach is told once and kept (`renderers.shadow_cache`).
     """
 
     study: RenderedStudy
@@ -59,7 +59,7 @@ class SequenceSetup:
     threads: int
     cache: Path | None
     quality: BakeQuality = FULL_QUALITY
-    sparse_shadows: bool = False
+    cached_shadows: bool = False
 
 
 class RenderedSequence:
@@ -93,7 +93,7 @@ class RenderedSequence:
             self._setup.cache,
             self._setup.quality,
             mirrored=self.study.camera.optics.motion_blur,
-            sparse_shadows=self._setup.sparse_shadows,
+            cached_shadows=self._setup.cached_shadows,
         )
 
     def basis(self, frame: int) -> LightBasis:

@@ -90,7 +90,7 @@ def loop_of(study: ClosedLoopStudy, cache: Path) -> ClosedLoop:
         1,
         cache,
         BakeQuality(16, 4, 0),
-        sparse_shadows=True,
+        cached_shadows=True,
     )
     sequence = RenderedSequence(setup)
     return ClosedLoop(sequence, true_occupancy(sequence.scene, 0.1), light)
