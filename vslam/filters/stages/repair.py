@@ -90,7 +90,7 @@ def _chromaticity(
     """Λmax: one, or (H, W) float32."""
     if choices.chromaticity == PER_PIXEL:
         return propagated_chromaticity(transfer.decode(image), choices.passes)
-    free = highlight_free(mask, choices.patch)
     quantile = QUANTILES[choices.chromaticity]
     every = 2 if 0.0 < quantile < 1.0 else 1
+    free = highlight_free(mask, choices.patch, every)
     return picture_chromaticity(image, free, quantile, transfer.decoded, every)
