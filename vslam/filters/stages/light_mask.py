@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
+from vslam.filters.stages.srgb import READABLE_CODES
+
 
 def light_mask(dark: NDArray[np.uint8], threshold: int) -> NDArray[np.bool_]:
     """mask(x) = 1 if I_dark(x) > t*, else 0.
@@ -46,7 +48,8 @@ def highlight_free(mask: NDArray[np.bool_], patch: int, every: int = 1) -> NDArr
         Of the rows 0, ``every``, 2 ``every`` …
     """
     width = mask.shape[1]
-    return np.asarray(_free_rows(np.ascontiguousarray(mask).reshape(-1), width, patch, every)).reshape(-1, width)
+    flat = np.ascontiguousarray(mask).reshape(-1).view(np.uint8)
+    return np.asarray(_free_rows(flat, width, patch, every)).reshape(-1, width)
 
 
 # loops of one line over slices of their own: these are what numba compiles to vector instructions
@@ -79,31 +82,32 @@ def _either(one, other, result):  # type: ignore[no-untyped-def]
 @njit
 def _neither(one, other, result):  # type: ignore[no-untyped-def]
     for x in range(result.size):
-        result[x] = not (one[x] | other[x])
+        result[x] = (one[x] | other[x]) == 0
 
 
-@njit(types.boolean[::1](types.boolean[::1], types.int64, types.int64, types.int64), cache=True)
+@njit(
+    types.boolean[::1](READABLE_CODES, types.int64, types.int64, types.int64), error_model="numpy", cache=True
+)
 def _free_rows(mask, width, patch, every):  # type: ignore[no-untyped-def]
     rows, half = mask.size // width, patch // 2
-    free = np.empty((rows + every - 1) // every * width, dtype=np.bool_)
-    affected = np.zeros(width, dtype=np.uint16)  # in each column, among the rows of the patch
-    near, wider = np.zeros((2, width + 2 * half), dtype=np.bool_)
+    served = (rows + every - 1) // every
+    free = np.empty(served * width, dtype=np.bool_)
+    around = np.zeros(width + 2 * half, dtype=np.uint16)
+    affected = around[half : half + width]  # in each column, among the rows of the patch
+    near, wider = np.empty(around.size, dtype=np.uint8), np.empty(around.size, dtype=np.uint8)
     entered, left = 0, 0
-    for start in range(0, free.size, width):
-        row = start // width * every
-        while entered < min(row + half + 1, rows):
-            _enter(affected, mask[entered * width : (entered + 1) * width])
+    for k in range(served):
+        while entered < min(k * every + half + 1, rows):
+            _enter(affected, mask[entered * width : entered * width + width])
             entered += 1
-        while left < row - half:
-            _leave(affected, mask[left * width : (left + 1) * width])
+        while left < k * every - half:
+            _leave(affected, mask[left * width : left * width + width])
             left += 1
-        near[:half] = False
-        near[width + half :] = False
-        _any(affected, near[half : width + half])
+        _any(around, near)
         span = 1  # of the columns that each element of near stands for; doubling beats stepping
         while 2 * span <= patch:
             _either(near, near[span:], wider[: wider.size - span])
             near, wider = wider, near
             span *= 2
-        _neither(near, near[patch - span :], free[start : start + width])
+        _neither(near, near[patch - span :], free[k * width : k * width + width])
     return free

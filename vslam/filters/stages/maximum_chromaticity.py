@@ -51,12 +51,20 @@ def picture_chromaticity(
     """
     width, flat = image.shape[1], (image.reshape(-1), highlight_free.reshape(-1))
     counts = _chromaticity_histogram(*flat, decoded, DARKEST, width, every)
-    cumulative = np.cumsum(counts)
-    if cumulative[-1] == 0:
-        return float("nan")
-    rank = min(int(quantile * cumulative[-1]), cumulative[-1] - 1)
-    bin_of_rank = np.searchsorted(cumulative, rank, side="right")
-    return float((1.0 + 2.0 * (bin_of_rank + 0.5) / _BINS) / 3.0)
+    bin_of_rank = _bin_of_rank(counts, quantile)
+    return float((1.0 + 2.0 * (bin_of_rank + 0.5) / _BINS) / 3.0) if bin_of_rank >= 0 else float("nan")
+
+
+@njit("int64(int64[::1], float64)", cache=True)
+def _bin_of_rank(counts, quantile):  # type: ignore[no-untyped-def]
+    """Find the bin that holds a quantile of what was counted; −1 where nothing was."""
+    total = counts.sum()
+    rank, upto = min(int(quantile * total), total - 1), 0
+    for k in range(counts.size):
+        upto += counts[k]
+        if upto > rank >= 0:
+            return k
+    return -1
 
 
 @njit(error_model="numpy")
