@@ -114,6 +114,12 @@ def test_dark_clipped_and_masked_pixels_do_not_count() -> None:
     assert picture_chromaticity(image, free) == pytest.approx(0.6, abs=2e-3)
 
 
+@pytest.mark.parametrize("level", [DARKEST, 254])
+def test_the_darkest_and_the_brightest_usable_level_count(level: int) -> None:
+    image = np.full((5, 9, 3), (level, 0, 0), dtype=np.uint8)
+    assert picture_chromaticity(image, np.ones((5, 9), dtype=bool)) == pytest.approx(1.0, abs=2e-3)
+
+
 def test_without_a_usable_pixel_the_chromaticity_is_unknown() -> None:
     image = painted(RED, np.full((10, 10), 1.0))
     assert np.isnan(picture_chromaticity(image, np.zeros((10, 10), dtype=bool)))
