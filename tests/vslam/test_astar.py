@@ -121,3 +121,17 @@ def test_input_stays_and_bad_grids_raise():
         shortest_path(np.zeros(5, bool), (0, 0), (0, 1), 1.0)
     with pytest.raises(VslamError, match="resolution"):
         shortest_path(blocked, (0, 0), (0, 1), 0.0)
+
+
+@pytest.mark.parametrize("spacing", [2, 3, 5])
+def test_many_equal_paths(spacing):
+    """Regular posts: to most cells lead several shortest ways that differ in the order of their steps."""
+    blocked = np.zeros((40, 47), bool)
+    blocked[spacing - 1 :: spacing, spacing - 1 :: spacing] = True
+    blocked[20, 5:40] = True
+    distances = dijkstra(grid_graph(blocked), directed=False, indices=0).reshape(blocked.shape)
+    for goal in np.argwhere(~blocked)[::23].tolist():
+        result = shortest_path(blocked, (0, 0), tuple(goal), 1.0)
+        assert isinstance(result, GridPath)
+        assert result.cost_m == pytest.approx(distances[tuple(goal)], abs=1e-9)
+        assert_drivable(result, blocked, 1.0)

@@ -78,6 +78,6 @@ def test_the_exponential_map_is_that_of_the_group():
     expected = expm(algebra) @ group
     correction = np.zeros(len(backend._X))
     correction[:7] = e
-    backend._shift(correction)
+    backend._retract(correction)
     np.testing.assert_allclose(backend._points(backend._X), expected[:2, 2:].T, atol=1e-12)
     assert backend.pose[2] == pytest.approx(0.2 + 0.7)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, stacked_jacobian, state_rows
+from vslam.backends.parts.full_covariance import FullCovariance, block_diagonal, stacked_jacobian
 from vslam.frame import Odometry
 from vslam.motion import motion_jacobians, move
 from vslam.slam_backend import backends
@@ -34,14 +34,7 @@ class Ekf(FullCovariance):
         expected = self.model.h(self._X[:3], self._landmarks_at(numbers))
         Z = self.model.innovation(z, expected).ravel()  # eq. 3-22
         H = stacked_jacobian(*self._measurement_jacobians(numbers))  # sparse H, eqs. 3-23, 3-24
-        rows = state_rows(numbers)
-        PHt = self._columns(rows) @ H.T
-        S_Z = H @ PHt[rows] + block_diagonal(S)  # eq. 3-25
-        self._shift(self._gain(PHt, S_Z, Z))
-
-    def _shift(self, correction: FloatArray) -> None:
-        """X ← X + K Z (eq. 3-28)."""
-        self._X += correction
+        self._apply(numbers, H, block_diagonal(S), Z)
 
     def _found(self, z: FloatArray, S: FloatArray) -> IntArray:
         """Append landmarks L_{N+1} … (eqs. 3-31 … 3-37) and return their numbers."""

@@ -28,6 +28,7 @@ from vslam.geometry import rotation
 from vslam.slam_backend import backends
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _HEADING = 2
 
@@ -37,8 +38,20 @@ class RightInvariantEkf(Ekf):
     """The right-invariant extended Kalman filter."""
 
     name = "riekf"
+    nearest = 0  # a correction turns the whole of P, so an area larger than what is seen has no use
 
-    def _shift(self, correction: FloatArray) -> None:
+    def _apply(self, numbers: IntArray, H: FloatArray, R: FloatArray, Z: FloatArray) -> None:
+        super()._apply(numbers, H, R, Z)
+        self._activate(numbers)  # the area's P was turned, too; what was just seen will mostly be seen again
+
+    def _shift(self, step: FloatArray) -> None:
+        correction = np.zeros(len(self._X))
+        others = self._area.shift_of_others()
+        correction[: len(others)] = others
+        correction[self._area.rows] = step
+        self._retract(correction)
+
+    def _retract(self, correction: FloatArray) -> None:
         """X ← exp(T⁻¹ K Z) X, and P with it."""
         angle, points = correction[_HEADING], self._points(self._X)
         step = self._points(correction) - angle * _quarter_turn(points)  # ξ = T⁻¹ K Z
@@ -49,9 +62,10 @@ class RightInvariantEkf(Ekf):
         self._turn_covariance(m)
 
     def _turn_covariance(self, m: FloatArray) -> None:
-        """M P Mᵀ = P + m qᵀ + q mᵀ with q = P e_θ + ½ P_θθ m."""
+        """M P Mᵀ = P + m qᵀ + q mᵀ with q = P e_θ + ½ P_θθ m; the active area must be entered anew."""
+        p = np.zeros(len(m))
+        p[: self._size] = self._area.columns(3)[:, _HEADING]
         self._settle()
-        p = self._columns(np.array([_HEADING]))[:, 0]
         q = p + 0.5 * p[_HEADING] * m
         self._P = dsyr2(1.0, m, q, lower=1, a=self._P, overwrite_a=1)
 

@@ -23,10 +23,10 @@ def check_odometry(odometry: Odometry) -> None:
     ------
     VslamError
     """
-    Q = odometry.covariance
-    if not (np.isfinite(odometry.delta).all() and np.isfinite(Q).all()):
+    Q = np.asarray(odometry.covariance, dtype=np.float64)
+    if not (all_finite(np.asarray(odometry.delta, dtype=np.float64)) and all_finite(Q)):
         raise VslamError("the odometry holds a value that is not finite")
-    if not _semi_definite(np.asarray(Q, dtype=np.float64)):
+    if not _semi_definite(Q):
         raise VslamError(f"the odometry covariance {Q.tolist()} is not positive semi-definite")
 
 
@@ -37,10 +37,10 @@ def check_observations(observations: Observations) -> None:
     ------
     VslamError
     """
-    S = observations.covariances
-    if not (np.isfinite(observations.points).all() and np.isfinite(S).all()):
+    S = np.asarray(observations.covariances, dtype=np.float64)
+    if not (all_finite(np.asarray(observations.points, dtype=np.float64)) and all_finite(S)):
         raise VslamError("an observation holds a value that is not finite")
-    if len(S) and (worst := _first_indefinite(np.asarray(S, dtype=np.float64))) >= 0:
+    if len(S) and (worst := _first_indefinite(S)) >= 0:
         raise VslamError(
             f"the covariance {S[worst].tolist()} of observation {worst} is not positive definite"
         )
@@ -61,6 +61,15 @@ def check_hypothesis(observations: Observations, matches: IntArray, known: int) 
         raise VslamError(f"the hypothesis {matches.tolist()} names landmarks beyond the {known} in the map")
     if len(set(named)) < len(named):
         raise VslamError(f"the hypothesis {matches.tolist()} matches a landmark twice in one picture")
+
+
+@njit(cache=True)
+def all_finite(values: FloatArray) -> bool:
+    """Whether no value is infinite or NaN; of a few numbers faster than ``np.isfinite().all()``."""
+    for value in values.flat:  # noqa: SIM110  (numba knows no generators)
+        if not np.isfinite(value):
+            return False
+    return True
 
 
 @njit(cache=True)

@@ -30,14 +30,11 @@ class SigmaPointFilter(FullCovariance):
         self._move(fit.mean, fit.matrix, fit.residual @ fit.residual.T)
 
     def _correct(self, z: FloatArray, S: FloatArray, numbers: IntArray) -> None:
-        rows = state_rows(numbers)
-        columns = self._columns(rows)
-        A = factor(columns[rows])
-        expected, fit = sigma_moves.measurement(self.model, self._X[rows], A, self.rule_of)
+        A = factor(self.joint_covariance(numbers))
+        state = self._X[state_rows(numbers)]
+        expected, fit = sigma_moves.measurement(self.model, state, A, self.rule_of)
         Z = self.model.innovation(z, expected + fit.mean.reshape(-1, 2)).ravel()
-        PHt = columns @ fit.matrix.T
-        S_Z = fit.matrix @ PHt[rows] + fit.residual @ fit.residual.T + block_diagonal(S)
-        self._X += self._gain(PHt, S_Z, Z)
+        self._apply(numbers, fit.matrix, fit.residual @ fit.residual.T + block_diagonal(S), Z)
 
     def _found(self, z: FloatArray, S: FloatArray) -> IntArray:
         A = factor(self.pose_covariance)
