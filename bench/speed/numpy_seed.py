@@ -1,7 +1,8 @@
 """The plain NumPy form of the filter ``seed``: what one would write first, as the baseline of benchmarks.
 
 The same eqs. 3-2 … 3-5 with the same choices as `vslam.filters.seed`, step by step on whole arrays: minima
-and maxima over a patch as those of shifted copies, first along columns, then along rows; sRGB by its formula.
+and maxima over a patch as those of shifted copies, first along columns, then along rows; sRGB decoded by a
+table of its 256 values, encoded by its formula inside the mask.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ def seed(image: NDArray[np.uint8]) -> Filtered:
     dark = over_patch(np.minimum, image.min(axis=2), 255)
     mask = dark > valley_emphasis(dark)
     free = ~over_patch(np.logical_or, mask, 0)
-    linear = decode(image)
+    linear = DECODED[image]
     lambda_max = median_chromaticity(image[::2], linear[::2], free[::2])
     repaired = image.copy()
     if lambda_max > GREY:
@@ -72,6 +73,9 @@ def decode(codes: NDArray[np.uint8]) -> FloatArray:
     """IEC 61966-2-1."""
     encoded = codes / 255
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+DECODED = decode(np.arange(256, dtype=np.uint8))
 
 
 def encode(linear: FloatArray) -> FloatArray:

@@ -76,6 +76,23 @@ def test_the_picture_kernel_is_decode_equation_encode() -> None:
     np.testing.assert_array_equal(repair_masked(image, mask, lambda_max), expected)
 
 
+@pytest.mark.parametrize("size", [(1, 1), (3, 5), (7, 9), (24, 32)])
+@pytest.mark.parametrize("share", [0.05, 0.5, 1.0])
+def test_one_chromaticity_repairs_the_mask_as_the_equation_says(size: tuple[int, int], share: float) -> None:
+    rng = np.random.default_rng(5)
+    image = rng.integers(0, 256, (*size, 3), dtype=np.uint8)
+    mask = rng.random(size) < share
+    repaired = repair_masked(image, mask, 0.5)
+    np.testing.assert_array_equal(repaired[~mask], image[~mask])
+    linear = decode(image).reshape(-1, 3).astype(np.float64)
+    expected = encode(specular_to_diffuse(linear, 0.5).astype(np.float32)).reshape(image.shape)
+    # float32 may round to the other side of a boundary between two codes, hardly ever
+    difference = np.abs(repaired.astype(int) - expected)[mask]
+    assert difference.max(initial=0) <= 1 and (difference > 0).sum() <= 0.002 * difference.size
+    no_gloss = mask & (linear.max(axis=1) >= 0.5 * linear.sum(axis=1) + 1e-6).reshape(size)
+    np.testing.assert_array_equal(repaired[no_gloss], image[no_gloss])
+
+
 def painted(chromaticity: np.ndarray, light: np.ndarray) -> np.ndarray:
     """An 8-bit picture of a flat surface: (H, W) light times a chromaticity (3,) or (H, W, 3)."""
     return encode((light[..., None] * chromaticity).astype(np.float32))
@@ -95,6 +112,12 @@ def test_dark_clipped_and_masked_pixels_do_not_count() -> None:
     image[7:9] = (200, 0, 0)
     free[7:9] = False
     assert picture_chromaticity(image, free) == pytest.approx(0.6, abs=2e-3)
+
+
+@pytest.mark.parametrize("level", [DARKEST, 254])
+def test_the_darkest_and_the_brightest_usable_level_count(level: int) -> None:
+    image = np.full((5, 9, 3), (level, 0, 0), dtype=np.uint8)
+    assert picture_chromaticity(image, np.ones((5, 9), dtype=bool)) == pytest.approx(1.0, abs=2e-3)
 
 
 def test_without_a_usable_pixel_the_chromaticity_is_unknown() -> None:

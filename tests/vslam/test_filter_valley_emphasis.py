@@ -7,6 +7,7 @@ import pytest
 import SimpleITK
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import binary_dilation
 
 from vslam.filters.stages.light_mask import highlight_free, light_mask
 from vslam.filters.stages.valley_emphasis import grey_histogram, valley_emphasis
@@ -122,3 +123,30 @@ def test_the_ring_that_erosion_cuts_off_is_not_highlight_free() -> None:
     expected = np.ones((30, 30), dtype=bool)
     expected[13:18, 13:18] = False
     np.testing.assert_array_equal(free, expected)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    height=st.integers(1, 23),
+    width=st.integers(1, 40),
+    patch=st.sampled_from([1, 3, 5, 7, 15, 31]),
+    every=st.integers(1, 4),
+    density=st.sampled_from([0.0, 0.005, 0.1, 1.0]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_the_free_rows_equal_the_dilated_mask(
+    height: int, width: int, patch: int, every: int, density: float, seed: int
+) -> None:
+    mask = np.random.default_rng(seed).random((height, width)) < density
+    widened = binary_dilation(mask, np.ones((patch, patch)))
+    np.testing.assert_array_equal(highlight_free(mask, patch, every), ~widened[::every])
+
+
+@given(
+    runs=st.lists(st.tuples(st.integers(0, 255), st.integers(1, 20)), min_size=1, max_size=30),
+    start=st.integers(0, 9),
+)
+def test_the_histogram_counts_every_pixel(runs: list[tuple[int, int]], start: int) -> None:
+    # runs of one level across, within and beside the eight bytes that are read at once, from any address
+    grey = np.concatenate([np.full(length, level, dtype=np.uint8) for level, length in runs])[start:]
+    np.testing.assert_array_equal(grey_histogram(grey), np.bincount(grey, minlength=256))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vslam.filters.stages.valley_emphasis import best_level, class_spread
+from vslam.filters.stages.valley_emphasis import best_level
 
 
 def otsu(histogram: NDArray[np.int64]) -> int:
@@ -24,4 +24,4 @@ def otsu(histogram: NDArray[np.int64]) -> int:
     int
         t*, 0…255, the highest level of the lower class; 255 where nothing is separated.
     """
-    return best_level(class_spread(histogram.astype(np.float64)))
+    return best_level(histogram, valley=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numba import njit, types
 from numpy.typing import NDArray
 
 from vslam.filters.base import Filtered
@@ -16,6 +16,7 @@ from vslam.filters.stages.light_mask import highlight_free, light_mask
 from vslam.filters.stages.maximum_chromaticity import picture_chromaticity
 from vslam.filters.stages.otsu import otsu
 from vslam.filters.stages.specular_to_diffuse import repair_masked
+from vslam.filters.stages.srgb import READABLE_CODES
 from vslam.filters.stages.transfer import PROPORTIONAL, SRGB, Transfer
 from vslam.filters.stages.valley_emphasis import grey_histogram, valley_emphasis
 
@@ -24,8 +25,6 @@ THRESHOLDS: dict[str, Callable[[NDArray[np.int64]], int]] = {"valley-emphasis": 
 QUANTILES = {"maximum": 1.0, "median": 0.5}
 """Which quantile of the highlight-free chromaticities each rule of one Λmax per picture takes."""
 PER_PIXEL = "per-pixel"
-
-_SCORES = (np.arange(256) / 255.0).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def repair(image: NDArray[np.uint8], choices: Choices) -> Filtered:
     dark, mask = detect(image, choices.patch, choices.threshold)
     lambda_max = _chromaticity(image, mask, choices, transfer)
     repaired = repair_masked(image, mask, lambda_max, transfer)
-    return Filtered(repaired, mask, np.asarray(cv2.LUT(dark, _SCORES), dtype=np.float32))
+    return Filtered(repaired, mask, np.asarray(_over_255(dark.reshape(-1))).reshape(mask.shape))
 
 
 def detect(
@@ -84,13 +83,21 @@ def detect(
     return dark, light_mask(dark, level)
 
 
+@njit(types.float32[::1](READABLE_CODES), error_model="numpy", cache=True)
+def _over_255(codes):  # type: ignore[no-untyped-def]
+    shares = np.empty(codes.size, dtype=np.float32)
+    for i in range(codes.size):
+        shares[i] = np.float32(codes[i]) / np.float32(255)
+    return shares
+
+
 def _chromaticity(
     image: NDArray[np.uint8], mask: NDArray[np.bool_], choices: Choices, transfer: Transfer
 ) -> float | NDArray[np.float32]:
     """Λmax: one, or (H, W) float32."""
     if choices.chromaticity == PER_PIXEL:
         return propagated_chromaticity(transfer.decode(image), choices.passes)
-    free = highlight_free(mask, choices.patch)
     quantile = QUANTILES[choices.chromaticity]
     every = 2 if 0.0 < quantile < 1.0 else 1
+    free = highlight_free(mask, choices.patch, every)
     return picture_chromaticity(image, free, quantile, transfer.decoded, every)

@@ -129,6 +129,18 @@ def _repair_by_map(codes, mask, lambda_max, decoded, code_at_bin, next_in_bin, r
                 repaired[at + 2] = encode_value(blue - specular, code_at_bin, next_in_bin)
 
 
+@njit(inline="always")
+def _repair_pixel(codes, at, lambda_max, gain, decoded, code_at_bin, next_in_bin, repaired):  # type: ignore[no-untyped-def]
+    red, green, blue = decoded[codes[at]], decoded[codes[at + 1]], decoded[codes[at + 2]]
+    smallest, largest = min(red, min(green, blue)), max(red, max(green, blue))
+    specular = min((lambda_max * (red + green + blue) - largest) * gain, smallest)
+    # no branch: encoding what was decoded gives the code back, and whether it is zero is hard to foresee
+    specular = max(specular, np.float32(0.0))
+    repaired[at] = encode_value(red - specular, code_at_bin, next_in_bin)
+    repaired[at + 1] = encode_value(green - specular, code_at_bin, next_in_bin)
+    repaired[at + 2] = encode_value(blue - specular, code_at_bin, next_in_bin)
+
+
 @njit(
     types.void(READABLE_CODES, types.boolean[::1], types.float32, types.float32, *_TABLES, types.uint8[::1]),
     error_model="numpy",
@@ -136,13 +148,14 @@ def _repair_by_map(codes, mask, lambda_max, decoded, code_at_bin, next_in_bin, r
 )
 def _repair_by_one(codes, mask, lambda_max, gain, decoded, code_at_bin, next_in_bin, repaired):  # type: ignore[no-untyped-def]
     """Do the same with one Λmax: the division by 1 − 3 Λmax becomes one factor, and all stays in float32."""
-    for pixel in range(mask.size):
+    in_eights = mask[: mask.size - mask.size % 8].view(np.uint64)
+    for eight in range(in_eights.size):
+        if in_eights[eight] != 0:
+            for pixel in range(8 * eight, 8 * eight + 8):
+                if mask[pixel]:
+                    _repair_pixel(
+                        codes, 3 * pixel, lambda_max, gain, decoded, code_at_bin, next_in_bin, repaired
+                    )
+    for pixel in range(8 * in_eights.size, mask.size):
         if mask[pixel]:
-            at = 3 * pixel
-            red, green, blue = decoded[codes[at]], decoded[codes[at + 1]], decoded[codes[at + 2]]
-            smallest, largest = min(red, min(green, blue)), max(red, max(green, blue))
-            specular = min((lambda_max * (red + green + blue) - largest) * gain, smallest)
-            if specular > np.float32(0.0):
-                repaired[at] = encode_value(red - specular, code_at_bin, next_in_bin)
-                repaired[at + 1] = encode_value(green - specular, code_at_bin, next_in_bin)
-                repaired[at + 2] = encode_value(blue - specular, code_at_bin, next_in_bin)
+            _repair_pixel(codes, 3 * pixel, lambda_max, gain, decoded, code_at_bin, next_in_bin, repaired)

@@ -21,13 +21,19 @@ def grey_histogram(grey: NDArray[np.uint8]) -> NDArray[np.int64]:
 def _count(grey):  # type: ignore[no-untyped-def]
     # four tables: neighbours are often equal, and adding to the number just written would wait for it
     counts = np.zeros((4, LEVELS), dtype=np.int64)
-    whole = grey.size - grey.size % 4
-    for i in range(0, whole, 4):
-        counts[0, grey[i]] += 1
-        counts[1, grey[i + 1]] += 1
-        counts[2, grey[i + 2]] += 1
-        counts[3, grey[i + 3]] += 1
-    for i in range(whole, grey.size):
+    words = grey[: grey.size - grey.size % 8].view(np.uint64)
+    byte, every_byte = np.uint64(0xFF), np.uint64(0x0101010101010101)
+    for word in words:
+        first = word & byte
+        if word == first * every_byte:  # a minimum over patches stays the same over many neighbours
+            counts[0, first] += 8
+        else:
+            for at in range(0, 64, 32):
+                counts[0, (word >> np.uint64(at)) & byte] += 1
+                counts[1, (word >> np.uint64(at + 8)) & byte] += 1
+                counts[2, (word >> np.uint64(at + 16)) & byte] += 1
+                counts[3, (word >> np.uint64(at + 24)) & byte] += 1
+    for i in range(8 * words.size, grey.size):
         counts[0, grey[i]] += 1
     return counts[0] + counts[1] + counts[2] + counts[3]
 
@@ -53,23 +59,31 @@ def valley_emphasis(histogram: NDArray[np.int64]) -> int:
     int
         t*, 0…255.
     """
-    counts = histogram.astype(np.float64)
-    return best_level((1.0 - counts / max(counts.sum(), 1.0)) * class_spread(counts))
+    return best_level(histogram, valley=True)
 
 
-def class_spread(counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Find ω1(t) μ1(t)² + ω2(t) μ2(t)² at each level t: (256,) float64, NaN where a class is empty."""
-    below = np.cumsum(counts)
-    above = below[-1] - below
-    separates = (below > 0) & (above > 0)
-    # sums of grey levels are integers below 2⁵³, hence exact: equal criteria compare as equal
-    sum_below = np.cumsum(counts * np.arange(LEVELS))
-    sum_above = sum_below[-1] - sum_below
-    # ω μ² = (n/N) (s/n)² = s² / (n N)
-    spread = (sum_below**2 / np.maximum(below, 1) + sum_above**2 / np.maximum(above, 1)) / max(below[-1], 1.0)
-    return np.where(separates, spread, np.nan)
+def best_level(histogram: NDArray[np.int64], valley: bool) -> int:
+    """Find the first t with the largest ω1 μ1² + ω2 μ2², times 1 − p(t) with ``valley``; 255 without any."""
+    return int(_best_level(np.ascontiguousarray(histogram, dtype=np.int64), valley))
 
 
-def best_level(criterion: NDArray[np.float64]) -> int:
-    """Pick the level of the largest criterion, the first of equals; 255 where every one is NaN."""
-    return NO_THRESHOLD if np.isnan(criterion).all() else int(np.nanargmax(criterion))
+@njit("int64(int64[::1], boolean)", error_model="numpy", cache=True)
+def _best_level(histogram, valley):  # type: ignore[no-untyped-def]
+    # sums of grey levels are integers below 2⁵³, hence exact as float64: equal criteria compare as equal
+    total, sum_of_all = 0.0, 0.0
+    for level in range(LEVELS):
+        total += histogram[level]
+        sum_of_all += histogram[level] * level
+    best, largest, below, sum_below = NO_THRESHOLD, -1.0, 0.0, 0.0
+    for level in range(LEVELS):
+        below += histogram[level]
+        sum_below += histogram[level] * level
+        above, sum_above = total - below, sum_of_all - sum_below
+        if below > 0.0 and above > 0.0:
+            # ω μ² = (n/N) (s/n)² = s² / (n N)
+            criterion = (sum_below * sum_below / below + sum_above * sum_above / above) / total
+            if valley:
+                criterion *= 1.0 - histogram[level] / total
+            if criterion > largest:
+                best, largest = level, criterion
+    return best
