@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import ValidationError
 
 from bench import log_parts
 from bench.errors import BenchError, unknown_name
 from bench.file_scene import is_file
-from bench.kinds.filters import FiltersStudy
 from bench.kinds.rendered import RenderedStudy
 from bench.scene_choice import SceneChoice
+from bench.scenes_study import ScenesStudy
 from bench.sequences import lamps
 from bench.sequences.lighting import as_built
 from bench.study_errors import reason
 from scenes import library
+
+S = TypeVar("S", bound=ScenesStudy)
 
 
 def in_scene(
@@ -64,7 +67,7 @@ def in_scene(
     return study.model_copy(update={"scene": scene.model_copy(update=changes), "illuminations": grid})
 
 
-def in_scenes(study: FiltersStudy, name: str | None = None, split: str | None = None) -> FiltersStudy:
+def in_scenes(study: S, name: str | None = None, split: str | None = None) -> S:
     """The study in one other scene alone, or with its scenes out of another split.
 
     Raises

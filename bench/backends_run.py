@@ -5,50 +5,70 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from bench import tour
 from bench.backend_choice import BackendChoice
 from bench.data import dlr_folder
 from bench.dlr_run import write
-from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive
+from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive, RenderedDrive
 from bench.kinds.backends import BackendsStudy
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
 from bench.progress import Progress
+from bench.rendered_run import for_workers, prepared
 from bench.rng import generator
 from bench.run_facts import RunFacts
 from bench.score import Replay, run_and_score
-from bench.sequences import dlr, simulated
+from bench.sequences import dlr, simulated, toured
 from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
-from bench.workers import workers
+from bench.workers import Workers, workers
+from renderers.engine import choose_engine
 from vslam.slam import SlamSettings
 
 
 @dataclass(frozen=True, eq=False)
+class Sources:
+    """What drives are made of that the study only names.
+
+    Attributes
+    ----------
+    log : DlrLog, optional
+        Where a drive needs it.
+    tours : dict of drive's name to Seen
+        What rendered drives saw.
+    """
+
+    log: dlr.DlrLog | None
+    tours: dict[str, toured.Seen]
+
+
+@dataclass(frozen=True, eq=False)
 class Task:
-    """A back-end on one repetition of a drive; ``log`` where the drive needs it."""
+    """A back-end on one repetition of a drive."""
 
     study: BackendsStudy
     drive: AnyDrive
     backend: BackendChoice
     run: int
     bound_m: float
-    log: dlr.DlrLog | None
+    sources: Sources
 
 
 def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run all back-ends on all drives into a run folder; the frames table stays empty."""
-    facts = RunFacts("none")
-    log = dlr.load(dlr_folder(options.data)) if study.reads_data() else None
+    facts = _facts(study, progress)
+    log = dlr.load(dlr_folder(options.data)) if study.reads_log() else None
     pairs = [(drive, k) for drive in study.drives for k in range(_repetitions(study, drive))]
     replays: list[Replay] = []
     with workers(options.workers) as pool:
+        sources = Sources(log, _toured(study, facts, pool, options, progress))
         with facts.timed("bound"), progress.stage("bound", len(pairs)) as advance:
             bounds = []
-            for bound_m in pool.map(_bound, [(study, drive, k, log) for drive, k in pairs]):
+            for bound_m in pool.map(_bound, [(study, drive, k, sources) for drive, k in pairs]):
                 bounds.append(bound_m)
                 advance(1)
         tasks = [
-            Task(study, drive, backend, k, bound_m, log)
+            Task(study, drive, backend, k, bound_m, sources)
             for (drive, k), bound_m in zip(pairs, bounds, strict=True)
             for backend in study.backends
         ]
@@ -60,25 +80,51 @@ def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: 
     return facts
 
 
-def make(study: BackendsStudy, choice: AnyDrive, run: int, log: dlr.DlrLog | None) -> Drive:
+def _facts(study: BackendsStudy, progress: Progress) -> RunFacts:
+    """The engine that renders, where anything is rendered."""
+    drives = study.rendered_drives()
+    if not drives:
+        return RunFacts("none")
+    engine = choose_engine(study.engine)
+    if engine.notice:
+        progress.notice(engine.notice)
+    return RunFacts(engine.name, engine.notice)
+
+
+def _toured(
+    study: BackendsStudy, facts: RunFacts, pool: Workers, options: RunOptions, progress: Progress
+) -> dict[str, toured.Seen]:
+    """The pictures of every rendered drive, looked at once for all repetitions and back-ends."""
+    tours = {}
+    for choice in study.rendered_drives():
+        there = toured.rendered(choice, study.seed, options.data)
+        with prepared(there, facts.engine, facts, progress) as setup:
+            frames = tour.perceive(for_workers(setup, options), pool, facts, progress)
+        tours[choice.name] = toured.seen(there, frames, choice.filter.label)
+    return tours
+
+
+def make(study: BackendsStudy, choice: AnyDrive, run: int, sources: Sources) -> Drive:
     """One repetition of a drive."""
+    if isinstance(choice, RenderedDrive):
+        return toured.drive(choice.name, sources.tours[choice.name], run)
     if isinstance(choice, LoopDrive):
         return simulated.round_loop(choice, study.seed, run)
     if isinstance(choice, FileDrive):
         return from_file(Path(choice.path), choice.name)
-    assert log is not None
+    assert sources.log is not None
     if isinstance(choice, RecordedDrive):
-        return recorded(log, choice.name)
-    return simulated.along_log(choice, log, study.seed, run)
+        return recorded(sources.log, choice.name)
+    return simulated.along_log(choice, sources.log, study.seed, run)
 
 
 def _repetitions(study: BackendsStudy, drive: AnyDrive) -> int:
     return 1 if isinstance(drive, RecordedDrive | FileDrive) else study.seeds
 
 
-def _bound(task: tuple[BackendsStudy, AnyDrive, int, dlr.DlrLog | None]) -> float:
-    study, choice, run, log = task
-    return position_bound(make(study, choice, run, log))
+def _bound(task: tuple[BackendsStudy, AnyDrive, int, Sources]) -> float:
+    study, choice, run, sources = task
+    return position_bound(make(study, choice, run, sources))
 
 
 def _estimate(task: Task) -> tuple[Replay, ...]:
@@ -91,5 +137,5 @@ def _estimate(task: Task) -> tuple[Replay, ...]:
         seed=int(own.integers(2**32)),
         parameters=backend.parameters,
     )
-    drive = make(study, task.drive, task.run, task.log)
+    drive = make(study, task.drive, task.run, task.sources)
     return run_and_score(drive, settings, backend.label, task.run, task.bound_m)

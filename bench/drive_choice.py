@@ -6,6 +6,12 @@ from typing import Literal
 
 from pydantic import Field
 
+from bench.camera_choice import CameraChoice
+from bench.filter_choice import FilterChoice
+from bench.robot_choice import OdometryNoise, TourChoice
+from bench.scene_choice import SceneChoice
+from bench.scenes_study import LightLevel
+from bench.sensor_choice import SensorChoice
 from bench.study_parts import Name, Part, Positive, Share
 
 
@@ -81,4 +87,22 @@ class FileDrive(Part):
     name: Name = "log"
 
 
-AnyDrive = RecordedDrive | VirtualDrive | LoopDrive | FileDrive
+class RenderedDrive(Part):
+    """What the detector finds in the rendered pictures of a scene's tour (`bench.sequences.toured`).
+
+    Each detection has the id of the disc that it shows, one of nothing none. ``light`` is in proportion to
+    the scene's own; ``odometry`` is drawn anew for each repetition, the pictures stay.
+    """
+
+    source: Literal["rendered"]
+    name: Name = "rendered"
+    scene: SceneChoice = SceneChoice()
+    light: LightLevel = LightLevel(name="lamps", lamps=1.0)
+    filter: FilterChoice = FilterChoice(name="none")
+    camera: CameraChoice = CameraChoice.model_validate({})
+    sensor: SensorChoice = SensorChoice.model_validate({})
+    tour: TourChoice = TourChoice()
+    odometry: OdometryNoise = OdometryNoise()
+
+
+AnyDrive = RecordedDrive | VirtualDrive | LoopDrive | FileDrive | RenderedDrive

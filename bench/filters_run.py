@@ -19,12 +19,13 @@ from bench.options import RunOptions
 from bench.perception import make_filter
 from bench.pictures import reduced
 from bench.progress import Progress
-from bench.rendered_run import perception, prepared, show_choice
+from bench.rendered_run import for_workers, prepared, show_choice
 from bench.run_facts import RunFacts
 from bench.schema import FRAME_COLUMNS, TIME_COLUMNS
 from bench.sequences.lighting import load_scene
 from bench.sequences.rendered import SequenceSetup
 from bench.store import RunFolder
+from bench.tour import perception
 from bench.workers import Workers, workers
 from renderers.engine import choose_engine
 from vslam.filters.apply import FilterFailureError
@@ -53,7 +54,7 @@ def run(study: FiltersStudy, folder: RunFolder, options: RunOptions, progress: P
         for scene in study.scenes:
             there = in_scene(study, scene, options.data)
             setup = held.enter_context(prepared(there, engine.name, facts, progress))
-            setups[load_scene(there).name] = replace(setup, threads=0 if options.workers <= 1 else 1)
+            setups[load_scene(there).name] = for_workers(setup, options)
         with facts.timed("filter"):
             trial = _try_all(study, setups, pool, progress)
         with facts.timed("pictures"):

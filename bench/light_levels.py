@@ -6,9 +6,9 @@ from pathlib import Path
 
 from bench import log_parts
 from bench.illumination_grid import Illumination, IlluminationGrid
-from bench.kinds.filters import FiltersStudy, LightLevel
 from bench.kinds.rendered import RenderedStudy
 from bench.scene_choice import SceneChoice
+from bench.scenes_study import LightLevel, ScenesStudy
 from bench.sequences import lamps
 from bench.sequences.lighting import as_built
 from scenes.model import Scene
@@ -38,8 +38,8 @@ def at_level(level: LightLevel, scene: Scene) -> Illumination:
     )
 
 
-def in_scene(study: FiltersStudy, scene: SceneChoice, data: Path | None = None) -> RenderedStudy:
-    """What a study of filters renders in one of its scenes.
+def in_scene(study: ScenesStudy, scene: SceneChoice, data: Path | None = None) -> RenderedStudy:
+    """What a study of several scenes renders in one of them: all that a rendered study has too is the same.
 
     Parameters
     ----------
@@ -48,8 +48,9 @@ def in_scene(study: FiltersStudy, scene: SceneChoice, data: Path | None = None) 
     """
     if scene.file is None and scene.split is None:
         scene = scene.model_copy(update={"split": study.split})
-    shared = {key: getattr(study, key) for key in ("camera", "engine", "sensor", "filters", "discs", "seed")}
-    rendered = RenderedStudy(sequence="rendered", name=study.name, scene=scene, **shared)
+    common = RenderedStudy.model_fields.keys() & type(study).model_fields.keys()
+    shared = {key: getattr(study, key) for key in common}
+    rendered = RenderedStudy(**(shared | {"sequence": "rendered", "scene": scene}))
     rendered = log_parts.resolved(rendered, data)
     built = as_built(rendered)
     cells = tuple(at_level(level, built) for level in study.levels)

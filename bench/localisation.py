@@ -14,6 +14,7 @@ from bench.oracle import observed, slam_settings
 from bench.perception import Percept
 from bench.run_facts import empty_run_row
 from bench.schema import RUN_COLUMNS
+from bench.sequences.drive import from_start
 from bench.sequences.rendered import odometry
 from vslam.errors import VslamError
 from vslam.geometry import to_global, to_local
@@ -108,7 +109,7 @@ def _failed(variant: Variant, seed: int, reason: str) -> Localised:
 
 def _score(variant: Variant, seed: int, result: SlamResult) -> Localised:
     world, start = variant.world, variant.world.poses[0]
-    truth = _in_start_frame(world.poses)
+    truth = from_start(world.poses)
     true_landmarks = to_local(start, world.landmarks)
     seen = tuple(p.landmark for p in variant.percepts)
     track = trajectory.evaluate(result.poses, truth, result.covariances)
@@ -123,11 +124,6 @@ def _score(variant: Variant, seed: int, result: SlamResult) -> Localised:
     table = landmarks.table(result.landmarks, result.matches, seen, true_landmarks)
     table[:, 1:3], table[:, 3:5] = to_global(start, table[:, 1:3]), to_global(start, table[:, 3:5])
     return Localised({k: row[k] for k in RUN_COLUMNS}, estimated, table, grid if seed == 0 else None)
-
-
-def _in_start_frame(poses: FloatArray) -> FloatArray:
-    """Poses as the robot counts them: from its first one."""
-    return np.column_stack([to_local(poses[0], poses[:, :2]), poses[:, 2] - poses[0, 2]])
 
 
 def _labels(variant: Variant, seed: int) -> dict[str, object]:

@@ -44,13 +44,15 @@ class SceneChoice(Part):
     and what its lamps are. A file's scene is named after the file unless it has a ``name``.
 
     ``seed`` is the builder's; with a ``split`` it counts that split's scenes (`scenes.splits`), so that what
-    is chosen on ``train`` can be judged on ``test``.
+    is chosen on ``train`` can be judged on ``test``. ``disc_share`` of its discs are left, drawn by the
+    study's seed; those of a smaller share are among those of a larger one.
     """
 
     name: Name = "corridor"
     split: Literal["train", "test", "validation"] | None = None
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
+    disc_share: float = Field(1.0, gt=0, le=1)
     file: FileScene | None = None
     lamps: LampChoice = LampChoice()
 

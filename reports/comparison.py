@@ -94,12 +94,12 @@ class Comparison:
 
     def run_metric(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean of a metric over the runs that did not fail."""
-        return s.crossed(self.runs.of(name, condition, metric), "illuminations", "seeds")
+        return s.crossed(self.runs.of(name, condition, metric), self.runs.factor, "seeds")
 
     def run_change(self, name: str, metric: str, condition: Condition = None) -> Estimate:
         """Mean paired difference to the run without a filter, by condition and seed."""
         differences = self.runs.change(name, condition, metric)
-        return s.crossed(differences, "illuminations", "seeds", paired=True)
+        return s.crossed(differences, self.runs.factor, "seeds", paired=True)
 
     def filter_ms(self, name: str, condition: Condition = None) -> float:
         """Median time per picture, ms: a median, because the first call compiles and caches."""

@@ -1,16 +1,16 @@
-"""What each filter changed against doing nothing, with 95 % intervals, pooled and for each illumination."""
+"""What each filter changed against doing nothing, with 95 % intervals, pooled and case by case."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reports import style
+from reports.cases import Case
 from reports.comparison import Comparison, Condition
-from reports.illuminations import illuminations
 from reports.run import Run
 from reports.statistics import Estimate
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from pandas import DataFrame
-
-POOLED = "all illuminations"
 
 
 @dataclass(frozen=True)
@@ -55,30 +53,28 @@ EFFECTS = (
 )
 
 
-def table(run: Run, comparison: Comparison) -> DataFrame:
-    """One row per effect, condition and filter; pooled first, then dark to bright."""
+def table(run: Run, cases: Sequence[Case]) -> DataFrame:
+    """One row per effect, case and filter."""
     import pandas as pd
 
-    conditions: list[tuple[str, Condition]] = [(POOLED, None)]
-    conditions += [(light.label, light.name) for light in illuminations(run)]
     rows = []
     for effect in EFFECTS:
-        for label, condition in conditions:
+        for case in cases:
             for name in run.light_filters:
-                change = effect.measure(comparison, name, condition)
+                change = effect.measure(case.comparison, name, case.condition)
                 value, low, high = (effect.scale * v for v in (change.value, change.low, change.high))
                 rows.append(
-                    (effect.key, label, name, value, low, high, change.units, change.unit, change.note)
+                    (effect.key, case.label, name, value, low, high, change.units, change.unit, change.note)
                 )
     columns = ["change_of", "condition", "filter", "value", "low_95", "high_95", "units", "unit", "note"]
     return pd.DataFrame(rows, columns=columns)
 
 
-def draw(run: Run, comparison: Comparison) -> Path | None:
-    """Save the figure with its CSV; None without a filter to compare."""
+def draw(run: Run, cases: Sequence[Case]) -> Path | None:
+    """Save the figure with its CSV, the first case set apart; None without a filter to compare."""
     if not run.light_filters:
         return None
-    data = table(run, comparison)
+    data = table(run, cases)
     with style.styled():
         return style.save(_figure(run, data), data, run.folder, "effects")
 

@@ -115,7 +115,7 @@ class Filters:
     @cached_property
     def by_scene(self) -> dict[str, Comparison]:
         """Each scene by itself, in the study's order."""
-        return {name: compare(_part_of(self.lit_run, name)) for name in self.scenes}
+        return {name: compare(self.lit_run.in_scene(name)) for name in self.scenes}
 
     @property
     def scenes(self) -> tuple[str, ...]:
@@ -189,7 +189,3 @@ def read(run: Run) -> Filters:
 
 def _with(run: Run, frames: DataFrame) -> Run:
     return replace(run, frames=frames[frames["status"] == OK].reset_index(drop=True))
-
-
-def _part_of(run: Run, scene: str) -> Run:
-    return replace(run, frames=run.frames[run.frames["scene"] == scene].reset_index(drop=True))

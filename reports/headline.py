@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from collections.abc import Sequence
+from dataclasses import astuple, replace
 
-from reports.comparison import Comparison, Condition
-from reports.figures_effects import POOLED
-from reports.illuminations import illuminations
+from reports.cases import Case
 from reports.page import Cell, Table, TableRow
 from reports.run import Run
 from reports.style import write_csv
-from reports.tables import BASELINE_NOTE, COLUMNS, Column, Row, cell_text, headline, mark
+from reports.tables import BASELINE_NOTE, COLUMNS, MARK_NOTE, Column, Row, cell_text, headline, mark
 
 CSV = "figures/headline.csv"
-MARK_NOTE = (
-    "Below a value: its 95 % interval. ▲ better, ▼ worse than doing nothing: the interval of the paired "
-    "difference excludes zero."
-)
 Block = tuple[str, tuple[Row, ...]]
 
 
-def tables(run: Run, comparison: Comparison) -> tuple[Table, ...]:
-    """All illuminations pooled, one number a line; then each illumination, one filter a line."""
-    conditions: list[tuple[str, Condition]] = [(POOLED, None)]
-    conditions += [(light.label, light.name) for light in illuminations(run)]
-    blocks = [(label, headline(run, comparison, condition)) for label, condition in conditions]
-    _save(run, blocks)
-    return (_pooled(blocks[0][1]), _by_illumination(blocks[1:]))
+def tables(run: Run, cases: Sequence[Case]) -> tuple[Table, ...]:
+    """The first case, which pools all, one number a line; then each further one, one filter a line."""
+    told = blocks(run, cases)
+    save(run, told)
+    by_case = filter_lines("Each illumination", told[1:], COLUMNS, (BASELINE_NOTE,))
+    return (_pooled(told[0][1]), replace(by_case, folded=True))
+
+
+def blocks(run: Run, cases: Sequence[Case]) -> list[Block]:
+    """The rows of each case, with its label."""
+    return [(case.label, headline(run, case.comparison, case.condition)) for case in cases]
 
 
 def _pooled(rows: tuple[Row, ...]) -> Table:
@@ -46,18 +45,21 @@ def _pooled(rows: tuple[Row, ...]) -> Table:
     return Table("All illuminations pooled", "", head, tuple(lines), tuple(notes), CSV)
 
 
-def _by_illumination(blocks: list[Block]) -> Table:
-    lines = [
-        TableRow(
-            row.label,
-            (*(_cell(c, row) for c in COLUMNS), Cell(failed_text(row))),
-            group=label * (i == 0),
-        )
-        for label, rows in blocks
-        for i, row in enumerate(rows)
-    ]
-    head = (*(column.heading for column in COLUMNS), "failed")
-    return Table("Each illumination", "filter", head, tuple(lines), (BASELINE_NOTE,), CSV, folded=True)
+def filter_lines(
+    caption: str, told: Sequence[Block], columns: Sequence[Column], notes: tuple[str, ...] = ()
+) -> Table:
+    """One filter a line, a group for each case; the filters that have any of the columns; last, if
+    any failed, how many SLAM runs did.
+    """
+    failed = any(row.failed for _, rows in told for row in rows)
+    lines: list[TableRow] = []
+    for label, rows in told:
+        measured = [row for row in rows if any(c.key in row.cells for c in columns)]
+        for i, row in enumerate(measured):
+            cells = (*(_cell(c, row) for c in columns), *[Cell(failed_text(row))] * failed)
+            lines.append(TableRow(row.label, cells, group=label * (i == 0)))
+    head = (*(column.heading for column in columns), *["failed"] * failed)
+    return Table(caption, "filter", head, tuple(lines), notes, CSV)
 
 
 def _cell(column: Column, row: Row) -> Cell:
@@ -69,12 +71,13 @@ def failed_text(row: Row) -> str:
     return f"{row.failed} of {row.runs}" if row.runs else ""
 
 
-def _save(run: Run, blocks: list[Block]) -> None:
+def save(run: Run, told: Sequence[Block]) -> None:
+    """Write every number of every case into ``figures/headline.csv``."""
     import pandas as pd
 
     lines = [
         (label, row.label, row.filter, c.key, c.unit, *astuple(v), row.failed, row.runs)
-        for label, rows in blocks
+        for label, rows in told
         for row in rows
         for c in COLUMNS
         if (v := row.cells.get(c.key)) is not None

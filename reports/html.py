@@ -1,11 +1,11 @@
-"""One self-contained page per run: figures drawn, everything inlined, written aside and renamed."""
+"""One self-contained page per run: all inlined, written aside and renamed; beside it its tables."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
-from reports import inline
+from reports import inline, markdown
 from reports.errors import ReportError
 from reports.kind import kind_of
 from reports.page import Page
@@ -17,7 +17,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def build(run_dir: Path) -> Path:
-    """Write ``report.html`` into a run folder, and the figures with their data below ``figures/``.
+    """Write ``report.html`` and ``tables.md`` into a run folder, and figures with data below ``figures/``.
 
     The same run folder gives the same bytes.
 
@@ -38,10 +38,14 @@ def build(run_dir: Path) -> Path:
     """
     run = load(run_dir)
     page = kind_of(run.sequence).compose(run)
-    target = run_dir / "report.html"
-    aside = run_dir / "report.html.part"
+    _write(run_dir / "tables.md", markdown.render(page))
+    return _write(run_dir / "report.html", render(page))
+
+
+def _write(target: Path, text: str) -> Path:
+    aside = target.with_name(f"{target.name}.part")
     try:
-        aside.write_text(render(page), encoding="utf-8", newline="\n")
+        aside.write_text(text, encoding="utf-8", newline="\n")
         os.replace(aside, target)
     except OSError as error:
         raise ReportError(f"cannot write {target} ({error.strerror}): free or unlock the folder") from error

@@ -24,7 +24,7 @@ from reports.page import Cell, Page, Picture, Section, Table, TableRow
 from reports.run import BASELINE, Run
 from reports.statistics import CONFIDENCE, Estimate
 from reports.style import write_csv
-from reports.terminal import paragraphs, text_table
+from reports.terminal import of_table, paragraphs
 from reports.wording import interval, number
 
 if TYPE_CHECKING:
@@ -57,8 +57,8 @@ CAVEATS = (
     "goals and random streams, so they are compared drive by drive (McNemar's exact test).",
     "The robot moves as commanded plus the study's noise, and its odometry reports the command; it stops "
     "and turns at once. It is given its start and the goal in one frame, and the extent of the place.",
-    "Where blocks of pixels agree they share shadow rays: a robot waits for its picture. In the study's "
-    "scene at most one pixel in a thousand differs by more than 8 grey levels from the pictures of other "
+    "Where blocks of pixels agree they share shadow rays: a robot waits for its picture. In the scene "
+    "corridor at most one pixel in a thousand differs by more than 8 grey levels from the pictures of other "
     "studies.",
 )
 
@@ -140,17 +140,10 @@ def summary(run: Run) -> RenderableType:
     from rich.console import Group
 
     own, tables = drives(run), []
-    for task, (title, _) in titles(run).items():
+    for task in titles(run):
         if not own.has(task):
             continue
-        told = table(run, task)
-        shown = text_table(title, [h.replace(", ", "\n").replace(" ", "\n") for h in told.head])
-        for row in told.rows:
-            if row.group:
-                shown.add_section()
-                shown.add_row(row.group, style="bold")
-            shown.add_row(row.label, *(c.value for c in row.cells))
-        tables.append(shown)
+        tables.append(of_table(table(run, task)))
     return Group(*paragraphs([verdict(run)], "bold"), *tables)
 
 

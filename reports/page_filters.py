@@ -6,6 +6,7 @@ from reports import figures_filters, figures_strips, filters, provenance, tables
 from reports.comparison import left_out_text
 from reports.filters import Filters
 from reports.kind import Kind
+from reports.light_levels import levels_told
 from reports.page import Page, Section
 from reports.run import Run
 from reports.statistics import MIN_UNITS
@@ -25,7 +26,7 @@ def compose(run: Run) -> Page:
         Section("numbers", "All filters", tables=tables_filters.overview(told)),
         Section("cost", "Quality and time", pictures=figures_filters.pictures(told)),
         Section("harm", "Do no harm", tables=(tables_filters.harm(told),)),
-        Section("where", "By scene and light", _levels_told(run), tables=tables_filters.by_condition(told)),
+        Section("where", "By scene and light", levels_told(run), tables=tables_filters.by_condition(told)),
         figures_strips.section(run, SHOWN),
         Section("failures", "Filters that failed", bullets=tuple(f.text for f in failures(run))),
         Section("reading", "How to read this", bullets=caveats(told)),
@@ -39,16 +40,6 @@ def compose(run: Run) -> Page:
         tuple(s for s in sections if s.tables or s.pictures or s.strips or s.bullets),
         provenance.lines(run),
     )
-
-
-def _levels_told(run: Run) -> tuple[str, ...]:
-    """What the levels of light are, from the study."""
-    levels = [
-        f"“{level['name']}”: {level.get('sun', 0):g} × sun and sky, {level.get('lamps', 0):g} × lamps"
-        for level in run.study.get("levels") or ()
-    ]
-    text = "Light is in proportion to what each scene is built with. "
-    return (text + "; ".join(levels) + ".",) if levels else ()
 
 
 def caveats(told: Filters) -> tuple[str, ...]:

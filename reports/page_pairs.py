@@ -11,7 +11,7 @@ from reports.style import write_csv
 from reports.wording import interval, number, plural
 
 MARK_NOTE = (
-    "Below a value: its 95 % interval over the pictures. ▲ better, ▼ worse than doing nothing: the interval "
+    "With a value its 95 % interval over the pictures. ▲ better, ▼ worse than doing nothing: the interval "
     "of the paired difference excludes zero."
 )
 

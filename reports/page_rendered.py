@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from reports import (
     figures_effects,
     figures_heat,
@@ -11,6 +13,7 @@ from reports import (
     provenance,
     terminal_rendered,
 )
+from reports.cases import Case, by_illumination
 from reports.comparison import Comparison, compare, left_out_text
 from reports.illuminations import illuminations
 from reports.kind import Kind
@@ -25,6 +28,10 @@ SHOWN = (
     "For each filter the frames in which it brought the picture closest to the true diffuse one, took it "
     "furthest away, and the one in between, by change of PSNR. White in a mask is what light affects."
 )
+MAP_CAPTION = (
+    "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
+    "light with the lowest seed: chosen by rule, not by result. Estimates far outside the place are cut off."
+)
 
 
 def compose(run: Run) -> Page:
@@ -34,10 +41,11 @@ def compose(run: Run) -> Page:
         figures_strips.section(run, SHOWN),
     )  # first: they read files that may be damaged
     comparison = compare(run)
+    cases = by_illumination(run, comparison)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)
     sections = (
-        Section("effect", "What the filters changed", pictures=_effects(run, comparison)),
-        Section("numbers", "All numbers", tables=headline.tables(run, comparison)),
+        Section("effect", "What the filters changed", pictures=effects(run, cases)),
+        Section("numbers", "All numbers", tables=headline.tables(run, cases)),
         Section("light", "Under which light", pictures=_heat_maps(run, comparison)),
         strip_section,
         Section("map", "Where the robot thought it was", pictures=maps),
@@ -56,8 +64,9 @@ def compose(run: Run) -> Page:
     )
 
 
-def _effects(run: Run, comparison: Comparison) -> tuple[Picture, ...]:
-    path = figures_effects.draw(run, comparison)
+def effects(run: Run, cases: Sequence[Case]) -> tuple[Picture, ...]:
+    """What the filters changed in each case; nothing where there is no filter."""
+    path = figures_effects.draw(run, cases)
     if path is None:
         return ()
     caption = (
@@ -89,13 +98,8 @@ def _heat_caption(metric: figures_heat.HeatMetric, timed: bool) -> str:
 
 
 def _maps(run: Run) -> tuple[Picture, ...]:
-    caption = (
-        "Rings are the true landmarks, dots those the robot mapped. Shown are the weakest and the strongest "
-        "light with the lowest seed: chosen by rule, not by result. "
-        "Estimates far outside the place are cut off."
-    )
     drawn = ((scene, figures_map.draw_rendered(run, scene)) for scene in run.scenes)
-    return tuple(Picture(path, f"Map of the scene {scene}", caption) for scene, path in drawn if path)
+    return tuple(Picture(path, f"Map of the scene {scene}", MAP_CAPTION) for scene, path in drawn if path)
 
 
 def _failures(run: Run) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +75,19 @@ class Run:
     def scenes(self) -> tuple[str, ...]:
         """Names of the scenes, sorted."""
         return tuple(sorted({*self.frames["scene"], *self.runs["scene"]}))
+
+    def in_scene(self, scene: str) -> Run:
+        """What was measured in one scene."""
+
+        def there(table: DataFrame) -> DataFrame:
+            return _part(table, table["scene"] == scene)
+
+        return replace(
+            self,
+            frames=there(self.frames),
+            failed_frames=there(self.failed_frames),
+            runs=there(self.runs),
+        )
 
 
 def load(folder: Path) -> Run:

@@ -29,11 +29,14 @@ class RunSums:
         The light of each condition.
     failures : dict
         (filter, illumination) → failed runs and all runs.
+    factor : str
+        What the conditions are that pooled numbers resample, in the plural.
     """
 
     values: dict[tuple[str, str], FloatArray]
     illuminations: NDArray[np.str_]
     failures: dict[tuple[str, str], tuple[int, int]]
+    factor: str
 
     def of(self, name: str, illumination: str | None, metric: str) -> FloatArray:
         """(conditions, seeds) float64: a metric under one or every light, NaN where a run has none."""
@@ -83,7 +86,8 @@ def run_sums(run: Run) -> RunSums:
             grid[at[0][chosen], at[1][chosen]] = table[metric].to_numpy(np.float64)[chosen]
             values[name, metric] = grid
     lights = conditions.get_level_values("illumination").to_numpy(dtype=str)
-    return RunSums(values, lights, _failures(run))
+    factor = "illuminations" if run.runs["scene"].nunique() < 2 else "scenes under lights"
+    return RunSums(values, lights, _failures(run), factor)
 
 
 def _failures(run: Run) -> dict[tuple[str, str], tuple[int, int]]:

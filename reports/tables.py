@@ -19,6 +19,10 @@ Measure = Callable[[Comparison, str, Condition], Estimate]
 
 ALL_NEGATIVE = "all-negative mask"
 DO_NOTHING = "do nothing"
+MARK_NOTE = (
+    "With a value its 95 % interval. ▲ better, ▼ worse than doing nothing: the interval of the paired "
+    "difference excludes zero."
+)
 BASELINE_NOTE = (
     f"“{ALL_NEGATIVE}” and “{DO_NOTHING}” are both the filter {BASELINE}: "
     "it masks nothing and repairs nothing."

@@ -22,12 +22,9 @@ from reports.page import Cell, Table, TableRow
 from reports.run import BASELINE, Run
 from reports.statistics import Estimate
 from reports.style import write_csv
+from reports.tables import MARK_NOTE
 from reports.wording import interval, number, telling_digits
 
-MARK_NOTE = (
-    "Below a value: its 95 % interval. ▲ better, ▼ worse than doing nothing: the interval of the paired "
-    "difference excludes zero."
-)
 ORACLE_NOTE = (
     f"“{ORACLE}” is no filter: it is given the true mask and the true diffuse picture, and shows what there "
     "is to gain."

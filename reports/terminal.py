@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
 
+    from reports.page import Table as PageTable
+
 ARROWS = {"better": "▲", "worse": "▼", "": ""}
 """Behind a number: better or worse than doing nothing, or not to be told apart."""
 
@@ -44,6 +46,17 @@ def text_table(corner: str, headings: Iterable[str]) -> Table:
     for heading in headings:
         table.add_column(heading, justify="right", overflow="fold")
     return table
+
+
+def of_table(told: PageTable) -> Table:
+    """A page's table without its intervals."""
+    shown = text_table(told.caption, [h.replace(", ", "\n").replace(" ", "\n") for h in told.head])
+    for row in told.rows:
+        if row.group:
+            shown.add_section()
+            shown.add_row(row.group, style="bold")
+        shown.add_row(row.label, *(cell.value + ARROWS[cell.mark] for cell in row.cells))
+    return shown
 
 
 def paragraphs(sentences: Iterable[str], style: str) -> list[RenderableType]:

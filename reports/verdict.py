@@ -52,8 +52,10 @@ def verdict(run: Run, comparison: Comparison) -> str:
         _on_filter(name, comparison) if name in comparison.filters else f"the filter “{name}” {FAILED}"
         for name in run.light_filters
     ]
-    conditions = run.frames["illumination"].nunique()
-    return f"Compared with doing nothing, over {plural(conditions, 'illumination')}, {'; '.join(parts)}."
+    where = plural(run.frames["illumination"].nunique(), "illumination")
+    if len(run.scenes) > 1:
+        where += f" of {plural(len(run.scenes), 'scene')}"
+    return f"Compared with doing nothing, over {where}, {'; '.join(parts)}."
 
 
 def _on_filter(name: str, comparison: Comparison) -> str:

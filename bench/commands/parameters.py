@@ -65,10 +65,10 @@ def placed(study: Study, scene: str | None, split: SplitName | None, data: Path 
     if scene is None and split is None:
         return study
     from bench.another_place import in_scene, in_scenes
-    from bench.kinds.filters import FiltersStudy
     from bench.kinds.rendered import RenderedStudy
+    from bench.scenes_study import ScenesStudy
 
-    if isinstance(study, FiltersStudy):
+    if isinstance(study, ScenesStudy):
         return in_scenes(study, scene, None if split is None else split.value)
     if type(study) is not RenderedStudy:
         from bench.errors import BenchError

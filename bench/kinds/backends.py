@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from bench import study_checks
 from bench.backend_choice import Backends
-from bench.drive_choice import AnyDrive
+from bench.drive_choice import AnyDrive, RenderedDrive
 from bench.study_model import Study
 from bench.study_parts import Name, distinct
 
@@ -16,7 +16,8 @@ from bench.study_parts import Name, distinct
 class BackendsStudy(Study):
     """Back-ends compared on the same observations of known landmarks, simulated or recorded; no pictures.
 
-    ``seeds`` repeats what is random: a simulated drive, never a recorded one.
+    ``seeds`` repeats what is random: a simulated drive, or the odometry of a rendered one, never a recorded
+    one. ``engine`` renders where a drive has pictures.
     """
 
     sequence: Literal["backends"]
@@ -28,14 +29,29 @@ class BackendsStudy(Study):
     backends: Backends
     observation: Name = "cartesian"
     seeds: int = Field(10, ge=1)
+    engine: Literal["auto", "rasterise", "raycast"] = "auto"
 
     def check(self) -> None:
         """Refuse unknown names, as `Study.check` says."""
-        study_checks.backends(self.backends, [("annotated", self.observation)])
+        from bench.sequences.toured import rendered
 
-    def reads_data(self) -> bool:
+        study_checks.backends(self.backends, [("annotated", self.observation)])
+        for drive in self.rendered_drives():
+            study_checks.scenes([drive.scene])
+            rendered(drive, self.seed).check()
+
+    def rendered_drives(self) -> tuple[RenderedDrive, ...]:
+        """Those whose pictures have to be rendered."""
+        return tuple(drive for drive in self.drives if isinstance(drive, RenderedDrive))
+
+    def reads_log(self) -> bool:
         """Whether a drive is the recorded one, or follows it."""
         return any(drive.source in ("recorded", "virtual") for drive in self.drives)
+
+    def reads_data(self) -> bool:
+        """The same, or a rendered drive's scene or camera comes out of the log."""
+        of_log = (d.camera.source == "dlr" or d.scene.reads_log() for d in self.rendered_drives())
+        return self.reads_log() or any(of_log)
 
 
 MODEL = BackendsStudy

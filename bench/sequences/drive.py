@@ -13,6 +13,7 @@ from bench.errors import BenchError
 from bench.sequences import landmark_log
 from bench.sequences.dlr import DlrLog
 from vslam.frame import Observations, Odometry
+from vslam.geometry import to_local
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -49,6 +50,11 @@ class Drive:
             np.where(o.ids >= 0, np.searchsorted(self.landmark_ids, o.ids), -1).astype(np.int64)
             for _, o in self.steps
         )
+
+
+def from_start(poses: FloatArray) -> FloatArray:
+    """Poses (n, 3) as the robot counts them: from its first one, headings not wrapped."""
+    return np.column_stack([to_local(poses[0], poses[:, :2]), poses[:, 2] - poses[0, 2]])
 
 
 def recorded(log: DlrLog, name: str = "dlr") -> Drive:

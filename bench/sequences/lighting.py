@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bench.illumination_grid import Illumination
 from bench.kinds.rendered import RenderedStudy
 from bench.own_scene import build as own_scene
+from bench.rng import generator
 from bench.sequences import lamps
 from bench.sequences.dlr_drive import drive_log
 from renderers.illuminant import linear_srgb
@@ -40,9 +41,12 @@ def load_scene(study: RenderedStudy) -> Scene:
 
 
 def as_built(study: RenderedStudy) -> Scene:
-    """The scene with the sun and groups of lamps of its builder or file; the lamps as the study fits them."""
-    if study.scene.file is not None:
-        return lamps.fitted(own_scene.build(study), study.scene.lamps)
+    """The scene with the suns and groups of lamps of its builder; lamps and discs as the study says."""
+    scene = own_scene.build(study) if study.scene.file is not None else _of_library(study)
+    return lamps.fitted(_with_discs(study, scene), study.scene.lamps)
+
+
+def _of_library(study: RenderedStudy) -> Scene:
     split, seed = study.scene.split, study.scene.seed
     parameters = {
         "seed": seed if split is None else seed_of(split, seed),
@@ -52,8 +56,17 @@ def as_built(study: RenderedStudy) -> Scene:
     }
     if isinstance(parameters.get("log"), str):
         parameters["log"] = drive_log(Path(parameters["log"]))
-    scene = library.load(study.scene.name, **parameters)
-    return lamps.fitted(scene, study.scene.lamps)
+    return library.load(study.scene.name, **parameters)
+
+
+def _with_discs(study: RenderedStudy, scene: Scene) -> Scene:
+    """The scene with the study's share of its discs, numbered anew, at least one."""
+    if study.scene.disc_share == 1.0:
+        return scene
+    count = max(1, round(study.scene.disc_share * len(scene.landmarks)))
+    order = generator(study.seed, "discs").permutation(len(scene.landmarks))
+    left = (scene.landmarks[k] for k in sorted(order[:count]))
+    return replace(scene, landmarks=tuple(replace(disc, id=i) for i, disc in enumerate(left)))
 
 
 def _suns(scene: Scene, cells: Sequence[Illumination]) -> tuple[Sun, ...]:

@@ -14,7 +14,7 @@ from bench.drive_choice import LoopDrive, SimulatedOdometry, VirtualDrive, Virtu
 from bench.errors import BenchError
 from bench.rng import generator
 from bench.sequences.dlr import DlrLog
-from bench.sequences.drive import Drive
+from bench.sequences.drive import Drive, from_start
 from vslam.frame import Observations, Odometry
 from vslam.geometry import to_local, wrap_angle
 
@@ -66,7 +66,7 @@ def simulate(
         raise BenchError(f"drive {choice.name!r}: its track is shorter than one step")
     odometry_rng = generator(seed, "simulated", choice.name, "odometry", run)
     sensor_rng = generator(seed, "simulated", choice.name, "sensor", run)
-    truth = _from_start(poses)
+    truth = from_start(poses)
     world = to_local(poses[0], landmarks)
     moves = _odometry(choice.odometry, truth, odometry_rng)
     steps = tuple(
@@ -154,8 +154,3 @@ def true_increment(start: FloatArray, end: FloatArray) -> FloatArray:
     """The u for which f(start, u, 0) = end (eqs. 3-8, 3-9), (3,) float64."""
     local = to_local(start, end[None, :2])[0]
     return np.array([local[0], local[1], wrap_angle(end[2] - start[2])])
-
-
-def _from_start(poses: FloatArray) -> FloatArray:
-    """Poses as the robot counts them: from its first one."""
-    return np.column_stack([to_local(poses[0], poses[:, :2]), poses[:, 2] - poses[0, 2]])

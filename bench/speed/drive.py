@@ -1,11 +1,12 @@
 """``drive``: seconds of a robot's life for each second of one core, in closed loop with rendering.
 
-The study ``drive``: its corridor under strong sun and dim bulbs, its last filter, 320 × 240, a picture every
-0.4 s and a command every 0.1 s. Everything runs in one process with one thread: rendering at the true pose,
-sensor with ground truth, light filter, detection, SLAM, mapping, planning, following, scoring. The baseline
-renders the same poses with `bench.speed.stock_pyrender` (two passes, as it has no light basis) and does
-nothing else. Left out on both sides is what happens once per scene: baking the bounced light, uploading the
-mesh. Shadows, which a scene keeps from picture to picture, are not left out: each drive starts without any.
+The study ``drive``, but in the corridor under strong sun and dim bulbs, with its last filter, 320 × 240, a
+picture every 0.4 s and a command every 0.1 s. Everything runs in one process with one thread: rendering at
+the true pose, sensor with ground truth, light filter, detection, SLAM, mapping, planning, following, scoring.
+The baseline renders the same poses with `bench.speed.stock_pyrender` (two passes, as it has no light basis)
+and does nothing else. Left out on both sides is what happens once per scene: baking the bounced light,
+uploading the mesh. Shadows, which a scene keeps from picture to picture, are not left out: each drive starts
+without any.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ import numpy as np
 from bench.drive.closed_loop import ClosedLoop
 from bench.drive.episode import Episode, draw
 from bench.drive_run import only
+from bench.illumination_grid import IlluminationGrid
 from bench.kinds.drive import ClosedLoopStudy
+from bench.scene_choice import SceneChoice
 from bench.sequences.lighting import light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.speed import stage
@@ -31,6 +34,9 @@ from scenes.occupancy import true_occupancy
 SECONDS_PER_POSE = 2.0
 """Of driving, for each pose of a configuration: four make 20 pictures."""
 
+PLACE = SceneChoice(name="corridor", seed=7)
+LIGHT = IlluminationGrid(sun_lux=(90_000.0,), bulb_lm=(100.0,))
+
 BULBS = 6
 """That stock pyrender has, as in the other benchmarks; the corridor's own are 14."""
 
@@ -39,9 +45,10 @@ def prepared(configuration: Configuration) -> tuple[ClosedLoop, ClosedLoopStudy,
     """The loop, its study, and its first episode, ended by the clock."""
     whole = load("drive")
     assert isinstance(whole, ClosedLoopStudy)
-    light = max(whole.lights(), key=lambda cell: cell.sun_lux)
     size = {"width": configuration.width, "height": configuration.height}
-    study = only(whole.model_copy(update={"camera": whole.camera.model_copy(update=size)}), light)
+    there = {"camera": whole.camera.model_copy(update=size), "scene": PLACE, "illuminations": LIGHT}
+    (light,) = LIGHT.grid()
+    study = only(whole.model_copy(update=there), light)
     colours = light_colours(study, configuration.cache)
     setup = SequenceSetup(
         study, "raycast", colours, 1, configuration.cache, stage.quality(configuration), cached_shadows=True

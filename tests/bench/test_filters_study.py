@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import scenes
 from bench import cli
 from bench.another_place import in_scenes
 from bench.filters_run import chosen, frames_of
-from bench.kinds.filters import FiltersStudy, LightLevel
+from bench.kinds.filters import FiltersStudy
 from bench.light_levels import at_level, in_scene
+from bench.scenes_study import LightLevel
 from bench.sequences.lighting import as_built
 from bench.study import dump, load, parse
 from scenes import library
@@ -33,39 +33,7 @@ timed_sizes: [[40, 30]]
 """
 
 
-HALL = """
-import numpy as np
-from scenes.geometry import box, rectangle, surface
-from scenes.library import scene
-from scenes.model import Bulb, Landmark, Material, Scene, Sky, Sun
-from scenes.tour import drive, rounded_loop
-
-@scene("small-hall")
-def build(seed=0, speed_mps=0.93, frame_interval_s=0.5):
-    '''A polished floor without walls, four discs, a white box.'''
-    floor = rectangle((0, 0, 0), (8, 0, 0), (0, 8, 0))
-    white = Material((0.8, 0.8, 0.8), roughness=0.9)
-    surfaces = (
-        surface("floor", Material((0.3, 0.3, 0.3), roughness=0.2), floor),
-        surface("white box", white, box((3.7, 3.7, 0), (4.3, 4.3, 0.6))),
-    )
-    discs = tuple(Landmark(k, (2.0 + 4 * (k % 2), 2.0 + 4 * (k // 2)), 0.15, white=k < 2) for k in range(4))
-    way = rounded_loop(np.array([[2.6, 2.6], [5.4, 2.6], [5.4, 5.4], [2.6, 5.4]]), radius=0.5)
-    tour = drive(way, 0.0, 9.0, speed_mps, frame_interval_s)
-    bulbs = (Bulb((4, 2, 2.5), 800), Bulb((2, 4, 2.5), 800), Bulb((6, 4, 2.5), 800), Bulb((4, 6, 2.5), 800))
-    return Scene("small-hall", surfaces, discs, (Sun(180, 40, 20_000),), Sky(2_500), bulbs, tour, "floor",
-                 (0.85,) * 3, (0.03,) * 3, (0, 0, 8, 8))
-"""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _small_hall(tmp_path_factory):
-    """A scene whose light is baked in a moment."""
-    room = tmp_path_factory.mktemp("room")
-    (room / "small_hall.py").write_text(HALL)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scenes, "__path__", [*scenes.__path__, str(room)])
-        yield
+pytestmark = pytest.mark.usefixtures("small_halls")
 
 
 @pytest.mark.parametrize("name", ["corridor", "warehouse"])

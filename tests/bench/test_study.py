@@ -283,3 +283,24 @@ def test_every_kind_has_a_model_a_runner_and_a_page(kind):
     assert callable(import_module(f"bench.{kind}_run").run)
     assert kind_of(kind).summary
     assert kind in {load(name).sequence for name in names()}, "a packaged study shows it"
+
+
+def test_a_share_of_the_discs_is_left_and_nothing_else_changes():
+    from bench.sequences.lighting import as_built
+
+    def built(share):
+        scene = {"name": "office", "split": "train", "disc_share": share}
+        return as_built(RenderedStudy.model_validate({"sequence": "rendered", "name": "few", "scene": scene}))
+
+    full, half, few = (built(share) for share in (1.0, 0.5, 0.1))
+    assert len(half.landmarks) == round(0.5 * len(full.landmarks))
+    assert len(few.landmarks) == round(0.1 * len(full.landmarks))
+    for scene in (half, few):
+        assert [disc.id for disc in scene.landmarks] == list(range(len(scene.landmarks)))
+        assert all(
+            s is not None and s.name == f.name for s, f in zip(scene.surfaces, full.surfaces, strict=True)
+        )
+        np.testing.assert_array_equal(scene.tour.poses, full.tour.poses)
+    places = [{disc.position for disc in scene.landmarks} for scene in (few, half, full)]
+    assert places[0] < places[1] < places[2]
+    assert built(0.1).landmarks == few.landmarks

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from reports import figures_dlr, figures_effects, figures_heat, figures_map, figures_strips, style, tracks
+from reports.cases import by_illumination
 from reports.comparison import compare
 from reports.dlr import dlr_runs
 from reports.illuminations import quantity
@@ -57,7 +58,7 @@ def test_missing_cells_are_drawn_as_missing(rendered_run: Path) -> None:
 
 def test_effects_show_their_csv(rendered_run: Path) -> None:
     run = load(rendered_run)
-    path = figures_effects.draw(run, compare(run))
+    path = figures_effects.draw(run, by_illumination(run, compare(run)))
     assert path is not None
     saved = pd.read_csv(path.with_suffix(".csv"))
     figure = figures_effects._figure(run, saved)

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from reports import headline, tables
+from reports.cases import by_illumination
 from reports.comparison import compare
 from reports.run import load
 from reports.statistics import Estimate
@@ -64,7 +65,7 @@ def test_marks_follow_the_paired_difference(rendered_run: Path) -> None:
 def test_saved_table_holds_each_condition_and_number(rendered_run: Path) -> None:
     run = load(rendered_run)
     comparison = compare(run)
-    pooled, folded = headline.tables(run, comparison)
+    pooled, folded = headline.tables(run, by_illumination(run, comparison))
     saved = pd.read_csv(rendered_run / headline.CSV)
     assert saved["condition"].nunique() == 1 + 6
     assert len(folded.rows) == 6 * 4
@@ -79,7 +80,7 @@ def test_saved_table_holds_each_condition_and_number(rendered_run: Path) -> None
 
 def test_each_number_with_a_unit_shows_it(rendered_run: Path) -> None:
     run = load(rendered_run)
-    labels = [row.label for row in headline.tables(run, compare(run))[0].rows]
+    labels = [row.label for row in headline.tables(run, by_illumination(run, compare(run)))[0].rows]
     assert {"PSNR, dB", "RMSE, m", "landmark recall, %", "filter time, ms"} <= set(labels)
 
 

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from tests.vslam.drives import circle, run
+from vslam.errors import VslamError
 from vslam.frame import Observations
 from vslam.geometry import wrap_angle
 from vslam.motion import move
@@ -97,3 +98,18 @@ def test_prediction_covariance_is_that_of_the_motion_model():
     np.testing.assert_allclose(joint[:3, :3], graph.pose_covariance)
     assert np.linalg.eigvalsh(joint)[0] > 0.0
     assert abs(wrap_angle(graph.pose[2] - pose[2] - drive[0][0].delta[2])) < 1e-12
+
+
+def test_both_factorisations_find_the_same_estimate():
+    drive, *_ = circle(np.random.default_rng(5), steps=60, landmarks=12)
+    qr, cholesky = (
+        run_slam(drive, SlamSettings("graph", "annotated", "cartesian", parameters={"factorisation": name}))
+        for name in ("qr", "cholesky")
+    )
+    np.testing.assert_allclose(cholesky.poses, qr.poses, atol=1e-6)
+    np.testing.assert_allclose(cholesky.covariances, qr.covariances, rtol=1e-4, atol=1e-9)
+
+
+def test_an_unknown_factorisation_is_one_line():
+    with pytest.raises(VslamError, match="unknown factorisation 'lu': known: qr, cholesky"):
+        run_slam((), SlamSettings("graph", parameters={"factorisation": "lu"}))

@@ -1,8 +1,8 @@
 """SLAM as a factor graph: iSAM2 online, Levenberg–Marquardt over everything at the end.
 
 Sources: Dellaert & Kaess 2006, "Square root SAM"; Kaess et al. 2012, "iSAM2: incremental smoothing and
-mapping using the Bayes tree"; the implementation is GTSAM's. Orthogonal (QR) factorisation, as iSAM2's
-Cholesky fails on poorly known landmarks. GTSAM is imported when a graph is made, not before.
+mapping using the Bayes tree"; the implementation is GTSAM's. GTSAM is imported when a graph is made, not
+before.
 
 iSAM2 takes landmarks by bearing and range; Cartesian observations are handed over as such, their covariance
 through the Jacobian at the measured point, which differs to second order. Smoothing at the end uses the
@@ -34,6 +34,7 @@ _FLOOR = 1e-12  # variance of an increment that is certain, such as sideways for
 # Constants for 95 % efficiency on Gaussian noise: Zhang 1997, "Parameter estimation techniques", table 1;
 # Geman–McClure has none there, and takes GTSAM's default scale.
 ROBUST = {"huber": 1.345, "cauchy": 2.3849, "tukey": 4.6851, "geman_mcclure": 1.0}
+FACTORISATIONS = {"qr": "QR", "cholesky": "CHOLESKY"}
 _GTSAM_NAMES = {"huber": "Huber", "cauchy": "Cauchy", "tukey": "Tukey", "geman_mcclure": "GemanMcClure"}
 
 
@@ -64,20 +65,30 @@ class Graph:
     relinearise : float
         Step of a variable beyond which iSAM2 linearises it anew, metres and rad alike, > 0; it looks at every
         tenth update. Both are GTSAM's defaults.
+    factorisation : str
+        How iSAM2 eliminates: "qr", or "cholesky", which is three times as fast where many landmarks are seen
+        at once, but breaks down where one is poorly known.
 
     Raises
     ------
     VslamError
-        For an unknown loss, a threshold that is not positive, or another observation model.
+        For an unknown loss or factorisation, a threshold that is not positive, or another observation model.
     """
 
     name = "graph"
 
     def __init__(
-        self, model: ObservationModel, seed: int = 0, robust: str = "none", relinearise: float = 0.1
+        self,
+        model: ObservationModel,
+        seed: int = 0,
+        robust: str = "none",
+        relinearise: float = 0.1,
+        factorisation: str = "qr",
     ) -> None:
         import gtsam
 
+        if factorisation not in FACTORISATIONS:
+            raise VslamError(f"unknown factorisation {factorisation!r}: known: {', '.join(FACTORISATIONS)}")
         if robust != "none" and robust not in ROBUST:
             raise VslamError(f"unknown robust loss {robust!r}: known: none, {', '.join(ROBUST)}")
         if not relinearise > 0.0:
@@ -87,7 +98,7 @@ class Graph:
         self.model = model
         self._gtsam: Any = gtsam
         self._robust = robust
-        self._isam = _isam(gtsam, relinearise)
+        self._isam = _isam(gtsam, relinearise, FACTORISATIONS[factorisation])
         self._everything = gtsam.NonlinearFactorGraph()
         self._steps, self._count = 0, 0
         self._pose, self._P_RR = np.zeros(3), np.zeros((3, 3))
@@ -283,9 +294,9 @@ class Graph:
         self._new_factors, self._new_values = self._gtsam.NonlinearFactorGraph(), self._gtsam.Values()
 
 
-def _isam(gtsam: Any, relinearise: float) -> Any:
+def _isam(gtsam: Any, relinearise: float, factorisation: str) -> Any:
     parameters = gtsam.ISAM2Params()
-    parameters.setFactorization("QR")
+    parameters.setFactorization(factorisation)
     parameters.setRelinearizeThreshold(relinearise)
     parameters.relinearizeSkip = 10
     return gtsam.ISAM2(parameters)
