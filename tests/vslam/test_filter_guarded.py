@@ -18,7 +18,8 @@ from scenes.splits import SPLITS
 from vslam.errors import VslamError
 from vslam.filters import FilterParameterError, create
 from vslam.filters.apply import apply
-from vslam.filters.stages.light_guard import Guard, certain_regions, highlight_chance
+from vslam.filters.stages.light_guard import SHARE_BIAS, Guard, certain_regions, highlight_chance
+from vslam.filters.stages.light_guard import guarded as guarded_with
 from vslam.filters.stages.light_network import MULTIPLE, LightNetwork, shrink_factor, standardised
 from vslam.filters.stages.srgb import encode
 
@@ -157,15 +158,36 @@ def test_the_chance_of_a_pixel_stands_in_its_cell():
     assert np.delete(chance.ravel(), 19).max() < 1e-6
 
 
-def test_a_region_needs_a_certain_pixel_and_a_size():
+def test_a_region_must_be_certain_on_average_and_large():
     chance = np.zeros((10, 20), dtype=np.float32)
-    chance[1:4, 1:4] = 0.6  # likely, nowhere certain
-    chance[1:4, 8:11] = 0.6
-    chance[2, 9] = 0.95
+    chance[1:4, 1:4] = 0.6  # certain in one place alone
+    chance[2, 2] = 0.99
+    chance[1:4, 8:11] = 0.95
+    chance[2, 9] = 0.6
     chance[7, 15] = 0.99  # certain, and small
     kept = certain_regions(chance, Guard(likely=0.5, certain=0.9, least=4))
     assert kept.sum() == 9
     assert kept[1:4, 8:11].all()
+
+
+def test_a_repair_fades_towards_its_border():
+    chance = np.repeat(np.linspace(0.02, 0.98, 64)[None], 32, axis=0)  # (32, 64): from left to right
+    share = 0.4
+
+    def network(_):
+        logits = np.empty((4, 32, 64))  # of the mask, then of each channel's share
+        logits[0] = np.log(chance / (1 - chance))
+        logits[1:] = np.log(share / (1 - share)) - SHARE_BIAS
+        cells = logits.reshape(4, 16, 2, 32, 2).transpose(0, 2, 4, 1, 3)
+        return np.ascontiguousarray(cells.reshape(16, 16, 32), dtype=np.float32)
+
+    image = np.full((32, 64, 3), 200, dtype=np.uint8)
+    image[0, 0] = 0  # not of one colour, which is never touched
+    result = guarded_with(image, network, Guard(likely=0.5, certain=0.7, least=4, strength=0.8))
+    np.testing.assert_array_equal(result.mask, chance > 0.5)
+    sure = np.clip((chance - 0.5) / 0.5, 0, 1)
+    expected = 200 * (1 - 0.8 * sure * share)
+    np.testing.assert_allclose(result.image[1:, :, 1], expected[1:], atol=1.0)
 
 
 @pytest.mark.parametrize(
@@ -175,14 +197,16 @@ def test_large_pictures_are_shrunk(shape, factor):
     assert shrink_factor(*shape) == factor
 
 
-@pytest.mark.parametrize("parameter", [{"likely": 1.5}, {"certain": -0.1}, {"likely": 0.9, "certain": 0.5}])
+@pytest.mark.parametrize(
+    "parameter", [{"likely": 1.5}, {"certain": -0.1}, {"likely": 0.9, "certain": 0.5}, {"strength": 2.0}]
+)
 def test_numbers_without_meaning_are_refused(parameter):
     with pytest.raises((VslamError, FilterParameterError), match="guarded"):
         create("guarded", **parameter)
 
 
 def test_the_weights_are_small_and_say_where_they_come_from():
-    assert len((WEIGHTS / "guarded.onnx").read_bytes()) < 300_000
+    assert len((WEIGHTS / "guarded.onnx").read_bytes()) < 1_500_000
     assert PROVENANCE["weights from"]["split"] == "train"
     assert PROVENANCE["numbers from"]["split"] == "validation"
     assert {"train", "validation"} < set(SPLITS)

@@ -15,16 +15,6 @@ from tools.guarded.pictures import Pictures
 Sample = tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.bool_]]
 
 
-def halved(scene: Pictures) -> Pictures:
-    """Pictures of half the size: a quarter of the work."""
-    rows, columns = (side // 2 for side in scene.disc.shape[1:])
-
-    def half(stack: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        return np.stack([cv2.resize(p, (columns, rows), interpolation=cv2.INTER_AREA) for p in stack])
-
-    return Pictures(half(scene.image), half(scene.full), half(scene.diffuse), scene.disc[:, ::2, ::2])
-
-
 @dataclass(frozen=True)
 class Variation:
     """How much samples differ from the pictures.

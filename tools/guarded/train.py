@@ -22,8 +22,15 @@ BATCH = 4
 DISC_WEIGHT = 3.0
 """How much more a wrong call on a landmark's paint costs than elsewhere."""
 
+PALE, PALE_WEIGHT = 0.6, 2.0
+"""A colour whose least channel has this code looks like light: as paint, a wrong call on it costs so much."""
+
 UNSURE = 6
 """Grey levels about τ where a pixel is neither clearly highlight nor clearly none: it counts half."""
+
+EDGE_WEIGHT, DISC_EDGE_WEIGHT = 2.0, 4.0
+"""What a false edge costs beside a false level, and how much more it does on a landmark: a disc is found by
+its edge."""
 
 
 @dataclass(frozen=True)
@@ -94,41 +101,45 @@ def tensors(batch: list[Sample]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
 def _loss(
     network: GuardedNetwork, light_weight: float, image: Tensor, diffuse: Tensor, added: Tensor, disc: Tensor
 ) -> Tensor:
-    """Cross-entropy and overlap of the mask, squared error of the repair, as the metrics weigh them.
-
-    All by cell, (N, values, 4 pixels, H/2, W/2), as the network answers.
-    """
+    """Cross-entropy and overlap of the mask, error of the repair's levels and edges, as the metrics weigh."""
     with torch.autocast("cpu", dtype=torch.bfloat16):
         answer = network(standardised(image))
-    logit, share = _by_cell(answer.float()).split([1, OUTPUTS - 1], 1)
-    image, diffuse, added, disc = (
-        _by_cell(functional.pixel_unshuffle(x, 2)) for x in (image, diffuse, added, disc)
-    )
+    logit, share = functional.pixel_shuffle(answer.float(), 2).split([1, OUTPUTS - 1], 1)
     true = (added >= TAU).float()
-    weight = (1 + (light_weight - 1) * true) * (1 + (DISC_WEIGHT - 1) * disc)
+    paint = 1 + (DISC_WEIGHT - 1) * disc
+    paint = torch.where(
+        (diffuse.amin(1, keepdim=True) > PALE) & (added < TAU), paint.clamp(min=PALE_WEIGHT), paint
+    )
+    weight = (1 + (light_weight - 1) * true) * paint
     weight = weight * torch.where((added - TAU + 0.5).abs() < UNSURE, 0.5, 1.0)
     entropy = functional.binary_cross_entropy_with_logits(logit, true, weight)
     repaired = image * torch.sigmoid(-share - SHARE_BIAS)
-    return entropy + _overlap_loss(logit, true) + _repair_loss(repaired, diffuse, true)
-
-
-def _by_cell(values: Tensor) -> Tensor:
-    return values.unflatten(1, (-1, 4))
+    edges = EDGE_WEIGHT * _edge_loss(repaired - diffuse, disc)
+    return entropy + _overlap_loss(logit, true) + _repair_loss(repaired, diffuse, true, paint) + edges
 
 
 def _overlap_loss(logit: Tensor, true: Tensor) -> Tensor:
     """1 − soft IoU of each picture that has a highlight worth the name (Rahman & Wang 2016)."""
     chance = torch.sigmoid(logit)
-    common = (chance * true).sum((1, 2, 3, 4))
-    either = (chance + true).sum((1, 2, 3, 4)) - common
-    lit = (true.sum((1, 2, 3, 4)) >= 20).float()
+    common = (chance * true).sum((1, 2, 3))
+    either = (chance + true).sum((1, 2, 3)) - common
+    lit = (true.sum((1, 2, 3)) >= 20).float()
     return (lit * (1 - common / (either + 1))).sum() / (lit.sum() + 1e-6)
 
 
-def _repair_loss(repaired: Tensor, diffuse: Tensor, true: Tensor) -> Tensor:
+def _repair_loss(repaired: Tensor, diffuse: Tensor, true: Tensor, paint: Tensor) -> Tensor:
     """Root of each picture's mean squared error inside the mask, and the same outside: neither drowns."""
     squared = (repaired - diffuse).square().mean(1, keepdim=True)
-    size = true.sum((1, 2, 3, 4))
-    inside = (squared * true).sum((1, 2, 3, 4)) / (size + 20)
-    outside = (squared * (1 - true)).sum((1, 2, 3, 4)) / (true[0].numel() - size).clamp(min=1)
+    size = true.sum((1, 2, 3))
+    inside = (squared * true).sum((1, 2, 3)) / (size + 20)
+    outside = (squared * paint * (1 - true)).sum((1, 2, 3)) / (true[0].numel() - size).clamp(min=1)
     return (inside + 1e-5).sqrt().mean() + (outside + 1e-5).sqrt().mean()
+
+
+def _edge_loss(error: Tensor, disc: Tensor) -> Tensor:
+    """Mean absolute difference of neighbours' errors: edges that the repair left, dulled or made."""
+    near = functional.max_pool2d(disc, 5, 1, 2)
+    weight = 1 + (DISC_EDGE_WEIGHT - 1) * near
+    down = (error[:, :, 1:] - error[:, :, :-1]).abs() * weight[:, :, 1:]
+    right = (error[..., 1:] - error[..., :-1]).abs() * weight[..., 1:]
+    return down.mean() + right.mean()

@@ -12,35 +12,66 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict
+from itertools import product
 from pathlib import Path
 
 import cv2
 import torch
 
-from tools.guarded.choose import Choice, choose
+from bench.sequences.rendered import calibration
+from tools.guarded.choose import Case, Choice, choose
 from tools.guarded.export import onnx_bytes
 from tools.guarded.floors import floors
 from tools.guarded.network import GuardedNetwork
-from tools.guarded.pictures import FAMILIES, Amount, Pictures, split_pictures
-from tools.guarded.samples import Variation, halved
+from tools.guarded.pictures import BAKE, FAMILIES, Amount, Pictures, split_pictures
+from tools.guarded.samples import Variation
 from tools.guarded.train import Stage, train
+from tools.guarded.trials import study_of, trials
+from vslam.detect import DetectorSettings, DiscDetector
 
 SEED = 1
-TRAIN, VALIDATION = Amount(scenes=4, poses=10, lights=5), Amount(scenes=2, poses=6, lights=5)
+TRAIN = Amount(scenes=40, poses=6, lights=5)
+VALIDATION_SCENES, VALIDATION_POSES = 4, 3
+"""Of each family, of each scene; nine lights each."""
+
 STAGES = (
-    Stage(scenes=3, floors=0, epochs=30, rate=4e-3, light_weight=4.0, variation=Variation()),
     Stage(
-        scenes=4,
-        floors=150,
+        scenes=14,
+        floors=300,
+        epochs=8,
+        rate=4e-3,
+        light_weight=3.0,
+        variation=Variation(scales=(0.75, 1.35), scaled=0.4, matt=0.1, permuted=0.3),
+    ),
+    Stage(
+        scenes=40,
+        floors=300,
         epochs=16,
         rate=3e-3,
-        light_weight=2.0,
-        variation=Variation(scales=(0.65, 1.5), scaled=0.6, matt=0.25, permuted=0.5),
+        light_weight=1.5,
+        variation=Variation(scales=(0.7, 1.4), scaled=0.5, matt=0.2, permuted=0.3),
+    ),
+    Stage(
+        scenes=40,
+        floors=300,
+        epochs=10,
+        rate=2e-3,
+        light_weight=1.0,
+        variation=Variation(scales=(0.8, 1.25), scaled=0.4, matt=0.2, permuted=0.2),
+    ),
+    Stage(
+        scenes=40,
+        floors=300,
+        epochs=14,
+        rate=2.5e-3,
+        light_weight=1.0,
+        variation=Variation(scales=(0.8, 1.25), scaled=0.4, matt=0.2, permuted=0.2),
     ),
 )
-"""First highlights, each weighed four times, so that the network does not settle for finding none; then,
-on more scenes and more varied pictures, what is none."""
+"""First highlights, each weighed three times, so that the network does not settle for finding none; then,
+on more scenes and more varied pictures, what is none; last, chances as they are."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -52,10 +83,9 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
-    validation = [halved(scene) for scene in _pictures("validation", VALIDATION, chosen.cache)]
     network = _trained(chosen.cache, chosen.weights)
     weights = onnx_bytes(network)
-    choice = choose(weights, validation)
+    choice = choose(weights, list(_validation(chosen.cache)))
     chosen.out.mkdir(parents=True, exist_ok=True)
     (chosen.out / "guarded.onnx").write_bytes(weights)
     (chosen.out / "guarded.json").write_text(_provenance(choice), encoding="utf-8")
@@ -68,7 +98,7 @@ def _trained(cache: Path, weights: Path | None) -> GuardedNetwork:
     if weights is not None:
         network.load_state_dict(torch.load(weights))
         return network.eval()
-    pictures = [halved(scene) for scene in _pictures("train", TRAIN, cache)]
+    pictures = _pictures(cache)
     for k, stage in enumerate(STAGES):
         kept = cache / f"stage{k}.pt"
         if kept.exists():
@@ -81,12 +111,23 @@ def _trained(cache: Path, weights: Path | None) -> GuardedNetwork:
     return network.eval()
 
 
-def _pictures(split: str, amount: Amount, cache: Path) -> list[Pictures]:
+def _pictures(cache: Path) -> list[Pictures]:
     scenes = []
-    for name, pictures in split_pictures(split, amount, SEED, cache):
+    for name, pictures in split_pictures("train", TRAIN, SEED, cache):
         _say(name)
         scenes.append(pictures)
     return scenes
+
+
+def _validation(cache: Path) -> Iterator[Case]:
+    """Pictures as the default study takes them, of scenes that no weight was trained on."""
+    for number, family in product(range(VALIDATION_SCENES), FAMILIES):
+        study = study_of(family, "validation", number)
+        settings = DetectorSettings(study.discs.min_radius_m, study.discs.max_radius_m)
+        detect = DiscDetector(calibration(study), settings)
+        _say(f"validation-{family}-{number}")
+        for trial in trials(family, "validation", number, VALIDATION_POSES, cache, BAKE):
+            yield Case(trial, detect)
 
 
 def _report(epoch: int, loss: float) -> None:
@@ -99,21 +140,22 @@ def _say(text: str) -> None:
 
 def _provenance(choice: Choice) -> str:
     """What was chosen, on what, and what came out there."""
-
-    def counts(amount: Amount) -> dict[str, object]:
-        pictures = len(FAMILIES) * amount.scenes * amount.poses * amount.lights
-        return {"scenes of each family": amount.scenes, "pictures": pictures}
-
     facts = {
         "made by": "python -m tools.guarded.train_guarded",
         "seed": SEED,
         "families": FAMILIES,
         "weights from": {
             "split": "train",
-            **counts(TRAIN),
+            "scenes of each family": TRAIN.scenes,
+            "poses of each scene": TRAIN.poses,
+            "lights of each pose": TRAIN.lights,
             "stages": [asdict(stage) for stage in STAGES],
         },
-        "numbers from": {"split": "validation", **counts(VALIDATION)},
+        "numbers from": {
+            "split": "validation",
+            "scenes of each family": VALIDATION_SCENES,
+            "poses of each scene": VALIDATION_POSES,
+        },
         "versions": {"torch": torch.__version__, "opencv": cv2.__version__},
         "chosen": choice.numbers,
         "on validation": choice.scores,

@@ -33,25 +33,31 @@ class Guard:
     Attributes
     ----------
     likely, certain : float
-        Chance above which a pixel may belong to a highlight, and which a highlight must reach somewhere.
+        Chance above which a pixel may belong to a highlight, and which a highlight must exceed on average.
     least : int
         Pixels (of the network's resolution) below which a region is no highlight.
+    strength : float
+        How much of the light a repair takes away where the chance is 1. A repair that is a little wrong
+        draws edges, which cost a detector more than some light that stays.
 
     Raises
     ------
     VslamError
-        When the two chances are not in order.
+        When the two chances are not in order, or the strength is not within 0…1.
     """
 
     likely: float
     certain: float
     least: int
+    strength: float = 1.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.likely <= self.certain < 1.0:
             raise VslamError(
                 f"light filter 'guarded': likely {self.likely}, certain {self.certain}: must rise within 0…1"
             )
+        if not 0.0 < self.strength <= 1.0:
+            raise VslamError(f"light filter 'guarded': strength {self.strength}: must lie within 0…1")
 
 
 def guarded(image: NDArray[np.uint8], network: LightNetwork, guard: Guard) -> Filtered:
@@ -72,16 +78,17 @@ def guarded(image: NDArray[np.uint8], network: LightNetwork, guard: Guard) -> Fi
     if np.ptp(image) < LEAST_RANGE:
         return _untouched(image, np.zeros((height, width), dtype=np.float32))
     factor = shrink_factor(height, width)
-    seen = image if factor == 1 else _shrunk(image, factor)
+    seen = shrunk(image, factor)
     logits = network(seen)
     chance = highlight_chance(logits, *seen.shape[:2])
     regions = certain_regions(chance, guard)
     score = chance if factor == 1 else _enlarged(chance, height, width)
     if not regions.any():
         return _untouched(image, score)
+    left = _kept_shares(chance, logits, guard.likely, guard.strength, _LOGISTIC)
     if factor == 1:
-        return Filtered(_reduced(image, regions, logits, _LOGISTIC), regions, score)
-    kept = _enlarged(_kept_shares(regions, logits, _LOGISTIC), height, width)
+        return Filtered(_scaled(image, regions, left), regions, score)
+    kept = _enlarged(left, height, width)
     # a region's border runs where the enlarged chance says, which is smoother than its pixels enlarged
     around = cv2.dilate(regions.view(np.uint8), np.ones((3, 3), dtype=np.uint8))
     mask = (_enlarged(chance * around, height, width) > np.float32(guard.likely)) & (
@@ -96,8 +103,16 @@ def highlight_chance(logits: NDArray[np.float32], height: int, width: int) -> ND
     return chance
 
 
+def shrunk(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
+    """The picture as the network takes it: (H / factor, W / factor, 3) uint8."""
+    if factor == 1:
+        return image
+    height, width = (max(1, round(side / factor)) for side in image.shape[:2])
+    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
 def certain_regions(chance: NDArray[np.float32], guard: Guard) -> NDArray[np.bool_]:
-    """Regions of likely pixels, 8-connected, that hold a certain one and are large enough: (H, W) bool."""
+    """Regions of likely pixels, 8-connected, certain on average and large enough: (H, W) bool."""
     if not chance.max() > guard.certain:
         return np.zeros(chance.shape, dtype=np.bool_)
     likely = chance > np.float32(guard.likely)
@@ -108,11 +123,6 @@ def certain_regions(chance: NDArray[np.float32], guard: Guard) -> NDArray[np.boo
 
 def _untouched(image: NDArray[np.uint8], score: NDArray[np.float32]) -> Filtered:
     return Filtered(image.copy(), np.zeros(image.shape[:2], dtype=np.bool_), score)
-
-
-def _shrunk(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
-    height, width = (max(1, round(side / factor)) for side in image.shape[:2])
-    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _enlarged(values: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:
@@ -145,14 +155,14 @@ def _chance(logits, height, width, table):  # type: ignore[no-untyped-def]
 
 @njit("boolean[:, ::1](int32[:, ::1], float32[:, ::1], int64, float64, int64)", cache=True)
 def _kept(labels, chance, count, certain, least):  # type: ignore[no-untyped-def]
-    best, size = np.zeros(count, dtype=np.float32), np.zeros(count, dtype=np.int64)
+    total, size = np.zeros(count, dtype=np.float64), np.zeros(count, dtype=np.int64)
     for row in range(labels.shape[0]):
         for column in range(labels.shape[1]):
             label = labels[row, column]
             if label > 0:
                 size[label] += 1
-                best[label] = max(best[label], chance[row, column])
-    keep = (best > certain) & (size >= least)
+                total[label] += chance[row, column]
+    keep = (total > certain * size) & (size >= least)
     kept = np.zeros(labels.shape, dtype=np.bool_)
     for row in range(labels.shape[0]):
         for column in range(labels.shape[1]):
@@ -160,40 +170,29 @@ def _kept(labels, chance, count, certain, least):  # type: ignore[no-untyped-def
     return kept
 
 
-@njit("float32[:, :, ::1](boolean[:, ::1], float32[:, :, ::1], float32[::1])", cache=True)
-def _kept_shares(regions, logits, table):  # type: ignore[no-untyped-def]
-    """(H, W, 3): what stays of each code, 0…1, also around the regions, as enlarging looks there."""
-    height, width = regions.shape
+@njit("float32[:, :, ::1](float32[:, ::1], float32[:, :, ::1], float64, float64, float32[::1])", cache=True)
+def _kept_shares(chance, logits, likely, strength, table):  # type: ignore[no-untyped-def]
+    """(H, W, 3): what stays of each code, 0…1.
+
+    The share of light counts the less the nearer the chance is to just likely, so the border of a repair
+    leaves no edge, which a detector of discs would see.
+    """
+    height, width = chance.shape
     kept = np.empty((height, width, 3), dtype=np.float32)
+    steep = np.float32(strength / (1 - likely))
     for row in range(height):
         for column in range(width):
+            sure = max((chance[row, column] - np.float32(likely)) * steep, 0.0)
             for c in range(3):
-                kept[row, column, c] = _left(logits, row, column, c, table)
+                kept[row, column, c] = 1 - sure * (1 - _left(logits, row, column, c, table))
     return kept
-
-
-@njit(
-    "uint8[:, :, ::1](Array(uint8, 3, 'C', readonly=True), boolean[:, ::1], float32[:, :, ::1],"
-    " float32[::1])",
-    cache=True,
-)
-def _reduced(image, regions, logits, table):  # type: ignore[no-untyped-def]
-    """Take each channel's share off the codes inside the regions."""
-    repaired = image.copy()
-    for row in range(regions.shape[0]):
-        for column in range(regions.shape[1]):
-            if regions[row, column]:
-                for c in range(3):
-                    left = image[row, column, c] * _left(logits, row, column, c, table)
-                    repaired[row, column, c] = np.uint8(left + np.float32(0.5))
-    return repaired
 
 
 @njit(
     "uint8[:, :, ::1](Array(uint8, 3, 'C', readonly=True), boolean[:, ::1], float32[:, :, ::1])", cache=True
 )
 def _scaled(image, mask, kept):  # type: ignore[no-untyped-def]
-    """The same with shares that were enlarged to the picture: its own detail stays."""
+    """Each channel's code times what stays of it, inside the mask: the picture's own detail stays."""
     repaired = image.copy()
     for row in range(mask.shape[0]):
         for column in range(mask.shape[1]):
