@@ -105,7 +105,7 @@ def test_a_filter_is_listed_with_all_that_a_user_chooses_by(capsys):
         (["generate", "--out", "x", "--resume", "x"], "give one of --out DIR, --resume DIR and --verify DIR"),
         (["generate", "--verify", "nowhere"], "nowhere: not a data set"),
         (["generate", "--out", "x", "--layout", "exrs"], "unknown layout 'exrs': did you mean 'exr'"),
-        (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' renders nothing"),
+        (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' is not of one rendered scene"),
         (["generate", "--out", "x", "--illumination", "sum0-bulb1"], "unknown illumination 'sum0-bulb1': "),
         (["list", "filter"], "'filter' is not one of"),
         (["fetch", "kitti"], "'kitti' is not one of"),
