@@ -15,9 +15,6 @@ from bench.store import RunFolder
 from bench.study import dump
 from bench.study_model import Study
 
-BYTES_PER_ROW, BYTES_PER_POSE = 400, 110
-"""About what a row of a table and a line of a trajectory take, for the check of free disk."""
-
 
 def run(
     study: Study,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -60,14 +61,14 @@ class ScenesStudy(Study):
     filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         from bench.light_levels import in_scene
 
         study_checks.scenes(self.scenes)
         study_checks.filters(self.filters)
         for scene in self.scenes:
-            study_checks.lights(in_scene(self, scene))
+            study_checks.lights(in_scene(self, scene, data))
 
     def reads_data(self) -> bool:
         """Whether a scene or the camera comes out of the log."""

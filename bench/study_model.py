@@ -10,6 +10,7 @@ import importlib
 import pkgutil
 from abc import abstractmethod
 from functools import cache
+from pathlib import Path
 
 from pydantic import Field
 
@@ -30,8 +31,13 @@ class Study(Part):
     seed: int = Field(0, ge=0)
 
     @abstractmethod
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names before anything is rendered.
+
+        Parameters
+        ----------
+        data : Path, optional
+            What ``--data`` names, for a scene or camera that comes out of the log.
 
         Raises
         ------

@@ -167,8 +167,9 @@ def lit_shares(
     threads: Threads = ALONE,
 ) -> F32:
     """As `renderers.shadows.lit_share`, with rays only where the cache cannot tell; (m,) cells of points."""
-    told = cache.told[cells]
-    told[cells == NOTHING] = BORDER
+    told = np.full(len(cells), BORDER, dtype=np.uint8)
+    within = cells != NOTHING
+    told[within] = cache.told[cells[within]]
     share = (told == LIT).astype(np.float32)
     border = np.flatnonzero((told != LIT) & (told != DARK))
     share[border] = free_rays(light, points, normals, which[border], border % POINTS, 1, caster, threads)

@@ -36,10 +36,8 @@ MAP_CAPTION = (
 
 def compose(run: Run) -> Page:
     """Score, draw and lay out the page."""
-    maps, strip_section = (
-        _maps(run),
-        figures_strips.section(run, SHOWN),
-    )  # first: they read files that may be damaged
+    # first: they read files that may be damaged
+    maps, strip_section = _maps(run), figures_strips.section(run, SHOWN)
     comparison = compare(run)
     cases = by_illumination(run, comparison)
     further = tuple(s for s in (mask_verdict(run, comparison),) if s)

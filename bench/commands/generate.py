@@ -92,7 +92,9 @@ def _write(study: str, options: GenerateOptions) -> None:
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
-        raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
+        raise BenchError(
+            f"study {chosen.name!r} is not of one rendered scene; choose one with 'sequence: rendered'"
+        )
     from bench.generate import generate as write_pictures
 
     write_pictures(chosen, options, Bars())

@@ -74,13 +74,11 @@ def placed(study: Study, scene: str | None, split: SplitName | None, data: Path 
         from bench.errors import BenchError
 
         option = "--scene" if scene is not None else "--split"
-        if isinstance(
-            study, RenderedStudy
-        ):  # its keys name the grid's illuminations, which another scene renames
+        if isinstance(study, RenderedStudy):  # its keys name illuminations, which another scene renames
             raise BenchError(
                 f"{option}: study {study.name!r} is made for its scene; change it in the study file"
             )
-        raise BenchError(f"{option}: study {study.name!r} renders nothing; leave the option out")
+        raise BenchError(f"{option}: study {study.name!r} has no scene to replace; leave the option out")
     return in_scene(study, scene, None if split is None else split.value, data=data)
 
 

@@ -44,7 +44,9 @@ def preview(
 
     chosen = load(study)
     if not isinstance(chosen, RenderedStudy):
-        raise BenchError(f"study {chosen.name!r} renders nothing; choose one with 'sequence: rendered'")
+        raise BenchError(
+            f"study {chosen.name!r} is not of one rendered scene; choose one with 'sequence: rendered'"
+        )
     chosen = log_parts.resolved(in_scene(chosen, scene, seed=seed, data=data), data)
     chosen.check()
     from bench.preview.preview import preview as draw

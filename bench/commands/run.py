@@ -87,7 +87,7 @@ def run(
     if data is not None and not chosen.reads_data():
         raise BenchError(f"--data: study {chosen.name!r} reads no data; leave the option out")
     chosen = log_parts.resolved(chosen, data)
-    chosen.check()
+    chosen.check(data)
     options = RunOptions(out=out, data=data, workers=workers_or_cores(workers), command=command_line())
     from bench import runner  # Open3D comes with it: a wrong name must not wait for that
     from reports import html

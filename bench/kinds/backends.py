@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -31,14 +32,14 @@ class BackendsStudy(Study):
     seeds: int = Field(10, ge=1)
     engine: Literal["auto", "rasterise", "raycast"] = "auto"
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         from bench.sequences.toured import rendered
 
         study_checks.backends(self.backends, [("annotated", self.observation)])
         for drive in self.rendered_drives():
             study_checks.scenes([drive.scene])
-            rendered(drive, self.seed).check()
+            rendered(drive, self.seed, data).check()
 
     def rendered_drives(self) -> tuple[RenderedDrive, ...]:
         """Those whose pictures have to be rendered."""

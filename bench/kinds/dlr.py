@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -22,7 +23,7 @@ class DlrStudy(Study):
     observations: tuple[Name, ...] = Field(("cartesian", "range_bearing"), min_length=1)
     gate: Annotated[float, Field(gt=0, lt=1)] = 0.99
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         study_checks.backends(self.backends, product(self.associations, self.observations))
 

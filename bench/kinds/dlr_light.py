@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
@@ -30,7 +31,7 @@ class DlrLightStudy(Study):
     filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         study_checks.filters(self.filters)
 

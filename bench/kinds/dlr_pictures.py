@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -37,7 +38,7 @@ class DlrPicturesStudy(Study):
             )
         return self
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         study_checks.filters(self.filters)
         for choice in self.slam:

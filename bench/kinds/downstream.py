@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
@@ -25,9 +26,9 @@ class DownstreamStudy(ScenesStudy):
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
-        super().check()
+        super().check(data)
         study_checks.rendered_slam(self.slam)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -23,7 +24,7 @@ class PairsStudy(Study):
     linear: bool = False
     thresholds: tuple[Annotated[int, Field(ge=0, le=254)], ...] = Field((8, 16, 32), min_length=1)
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         study_checks.filters(self.filters)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
@@ -34,7 +35,7 @@ class RenderedStudy(Study):
     seeds: int = Field(10, ge=1)
     navigation: NavigationTask = NavigationTask()
 
-    def check(self) -> None:
+    def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""
         study_checks.scenes([self.scene])
         study_checks.filters(self.filters)

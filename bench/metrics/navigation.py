@@ -2,7 +2,7 @@
 
 Sources
 -------
-A* is eq. 3-38. The question is the issue's: over random start-goal pairs, the share of plans on the estimated
+A* is eq. 3-38. The question: over random start-goal pairs, the share of plans on the estimated
 grid that are collision-free on the true grid, and the cost of these paths over the true optimum.
 
 Conventions

@@ -28,7 +28,7 @@ SUPPORTED = {
 }
 """Extensions that a file may require; those that it merely uses are left out where they are not known."""
 
-_MAGIC, _JSON, _BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
+_JSON, _BINARY = 0x4E4F534A, 0x004E4942  # types of chunks, 4.4.3
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # 3.6.2.2
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 

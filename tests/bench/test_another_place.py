@@ -65,11 +65,12 @@ def test_split_in_a_study_file():
     [
         (["run", "--scene", "atrum"], "unknown scene 'atrum': did you mean 'atrium'?"),
         (["run", "--split", "exam"], "'exam' is not one of"),
-        (["run", "--study", "dlr", "--scene", "atrium"], "--scene: study 'dlr' renders nothing"),
+        (["run", "--study", "dlr", "--scene", "atrium"], "--scene: study 'dlr' has no scene to replace"),
+        (["run", "--study", "backends", "--split", "test"], "--split: study 'backends' has no scene"),
         (["run", "--study", "drive", "--scene", "office"], "--scene: study 'drive' is made for its scene"),
         (
             ["generate", "--out", "x", "--study", "dlr", "--split", "test"],
-            "study 'dlr' renders nothing",
+            "study 'dlr' is not of one rendered scene",
         ),
         (["preview", "atrum"], "unknown scene 'atrum': did you mean 'atrium'?"),
     ],

@@ -89,6 +89,25 @@ def test_a_filter_is_listed_with_all_that_a_user_chooses_by(capsys):
 
 
 @pytest.mark.parametrize(
+    "kind",
+    [
+        "sequence: filters\nname: own\ncamera: {source: dlr}\n",
+        "sequence: downstream\nname: own\ncamera: {source: dlr}\n",
+        "sequence: backends\nname: own\nbackends: [ekf]\n"
+        "drives: [{source: rendered, camera: {source: dlr}}]\n",
+    ],
+    ids=["filters", "downstream", "backends"],
+)
+def test_the_log_is_looked_for_where_data_says(capsys, tmp_path, monkeypatch, kind):
+    """Also where the check before a run needs it: the robot's camera in scenes and drives of the library."""
+    monkeypatch.setenv("BENCH_DATA", str(tmp_path / "elsewhere"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "mine.yaml").write_text(kind)
+    found = complaint(capsys, "run", "--study", str(tmp_path / "mine.yaml"), "--data", "nowhere")
+    assert "searched --data nowhere" in found and "elsewhere" not in found
+
+
+@pytest.mark.parametrize(
     ("arguments", "expected"),
     [
         (["run", "--study", "quik"], "unknown study 'quik': did you mean 'quick'?"),
@@ -105,7 +124,7 @@ def test_a_filter_is_listed_with_all_that_a_user_chooses_by(capsys):
         (["generate", "--out", "x", "--resume", "x"], "give one of --out DIR, --resume DIR and --verify DIR"),
         (["generate", "--verify", "nowhere"], "nowhere: not a data set"),
         (["generate", "--out", "x", "--layout", "exrs"], "unknown layout 'exrs': did you mean 'exr'"),
-        (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' renders nothing"),
+        (["generate", "--out", "x", "--study", "dlr"], "study 'dlr' is not of one rendered scene"),
         (["generate", "--out", "x", "--illumination", "sum0-bulb1"], "unknown illumination 'sum0-bulb1': "),
         (["list", "filter"], "'filter' is not one of"),
         (["fetch", "kitti"], "'kitti' is not one of"),

@@ -103,7 +103,7 @@ def test_unknown_names_are_refused(short_study: RenderedStudy, tmp_path: Path) -
     "arguments, complaint",
     [
         (["preview", "corridr"], "did you mean 'corridor'"),
-        (["preview", "corridor", "--study", "dlr"], "renders nothing"),
+        (["preview", "corridor", "--study", "filters"], "'filters' is not of one rendered scene"),
         (["preview", "corridor", "--views", "0"], "--views"),
         (["preview"], "SCENE"),
     ],

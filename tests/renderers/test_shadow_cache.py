@@ -11,14 +11,14 @@ from renderers.irradiance import BakeQuality
 from renderers.lights import DirectLight, unit_lights
 from renderers.mesh import NOTHING, RayCaster, build_mesh
 from renderers.sensor import Sensor
-from renderers.shadow_cache import AWAY, BORDER, DARK, LIT, UNTOLD, ShadowCache
+from renderers.shadow_cache import AWAY, BORDER, DARK, LIT, UNTOLD, ShadowCache, lit_shares
 from renderers.shadows import POINTS, lit_share
 from renderers.surface_cells import CELL_M, CellGrid
 from renderers.threads import Threads
 from renderers.truth import record
 from scenes import library
 from scenes.geometry import rectangle, surface
-from scenes.model import Bulb, Material, Scene
+from scenes.model import Bulb, Material, Scene, Sun
 
 GREY = Material((0.5, 0.5, 0.5), roughness=1.0, specular=0.0)
 QUICK, CAMERA = BakeQuality(16, 4, 0), Fisheye(160, 120, 150.0)
@@ -95,6 +95,19 @@ def test_a_cell_is_told_the_same_in_whatever_order_it_is_seen(scene_of, floor) -
         by_two.tell(np.arange(len(grid.side)) % 2 == first)
     np.testing.assert_array_equal(at_once.told, by_two.told)
     assert {DARK, LIT, BORDER} <= set(at_once.told)
+
+
+def test_rays_are_cast_where_no_surface_has_cells(scene_of, floor) -> None:
+    roof = surface("roof", GREY, rectangle((0, -40, 5), (40, 0, 0), (0, 80, 0), 80.0))
+    place = scene_of(floor(40.0, GREY, 20.0), roof, sun=Sun(azimuth_deg=180.0, elevation_deg=80.0, lux=1.0))
+    mesh = build_mesh(place)
+    caster, grid = RayCaster(mesh.vertices, mesh.triangles, 1), CellGrid.of(mesh)
+    assert grid.count == 0
+    sun = unit_lights(place)[place.suns[0].name][0]
+    assert isinstance(sun, DirectLight)
+    cache, cells = ShadowCache(grid, sun, caster, Threads(1)), np.full(2, NOTHING, dtype=np.int32)
+    points, up = np.float32([[-20, 0, 0], [20, 0, 0]]), np.float32([[0, 0, 1]] * 2)
+    assert lit_shares(sun, cache, cells, points, up, np.arange(2), caster).tolist() == [1.0, 0.0]
 
 
 def picture(place: Scene, basis: LightBasis) -> np.ndarray:

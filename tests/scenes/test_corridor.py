@@ -1,4 +1,4 @@
-"""The corridor: what issue and dissertation ask of it, and that its seed places it."""
+"""The corridor: what the dissertation asks of it, and that its seed places it."""
 
 from __future__ import annotations
 

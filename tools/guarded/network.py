@@ -10,20 +10,13 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-MULTIPLE = 32
-"""Rows and columns that the network takes are a multiple of this: five halvings."""
+from vslam.filters.stages.light_network import LEAST_SPREAD
 
 WIDTHS = (10, 20, 40, 64, 96)
 """Channels at 1/2 … 1/32 of the resolution."""
 
 LAST = 14
 """Channels from which the answer is read."""
-
-LEAST_SPREAD = 0.02
-"""Added to the standard deviation, in codes 0…1, so that noise of an empty picture stays small."""
-
-SHARE_BIAS = -3.0
-"""Added to the logits of the shares: what knows nothing takes next to nothing; as the filter has it."""
 
 OUTPUTS = 4
 """The mask's logit, and for each channel the logit of the share of the recorded code that light added."""

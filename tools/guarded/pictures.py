@@ -1,4 +1,4 @@
-"""Pictures with their truth, from scenes of one split, for choosing `guarded`'s constants.
+"""Pictures with their truth, from scenes of one split, for training `guarded`.
 
 Each scene is rendered once per pose; each basis is then recorded under several lights, sensors and exposures.
 Of some, the same view is recorded without its specular light: what a picture free of highlights looks like.

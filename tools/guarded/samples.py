@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tools.guarded.network import MULTIPLE
 from tools.guarded.pictures import Pictures
+from vslam.filters.stages.light_network import MULTIPLE
 
 Sample = tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.bool_]]
 

@@ -11,9 +11,10 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from tools.guarded.network import OUTPUTS, SHARE_BIAS, GuardedNetwork, standardised
+from tools.guarded.network import OUTPUTS, GuardedNetwork, standardised
 from tools.guarded.pictures import Pictures
 from tools.guarded.samples import Sample, Variation, samples
+from vslam.filters.stages.light_guard import SHARE_BIAS
 
 TAU = 16
 """Grey levels that specular light must add for a pixel to count as highlight (the suite's default)."""

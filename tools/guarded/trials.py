@@ -1,8 +1,8 @@
-"""What `guarded` and the field's methods are tried on: pictures of a split that none of them was chosen on.
+"""Pictures with their whole truth, on which the guard of `guarded` is chosen.
 
-The study `quick` in every family of scenes: three suns × three strengths of lamps, its camera, its sensor.
-Under each light the same view is recorded a second time without its specular light, as
-if everything were matt: a picture that is free of highlights by construction.
+The study `quick` in a scene of a split: three suns × three strengths of lamps, its camera, its sensor. Under
+each light the same view is recorded a second time without its specular light, as if everything were matt: a
+picture that is free of highlights by construction.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from bench.sequences.lighting import Lighting, as_built, light_colours
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.study import load
 from renderers.basis import mean_white, relight
-from renderers.irradiance import FULL_QUALITY, BakeQuality
+from renderers.irradiance import BakeQuality
 from renderers.truth import Recording, record
 
 WHITE_AND_GREY = ("white matt", "white glaze", "grey matt", "grey gloss")
@@ -35,12 +35,8 @@ class Trial:
 
     Attributes
     ----------
-    place : str
-        Family and number of the scene.
     light : str
         Name of the illumination.
-    frame : int
-        Of the tour.
     matt : bool
         Recorded without specular light.
     recording : Recording
@@ -52,9 +48,7 @@ class Trial:
         Which of them the picture shows.
     """
 
-    place: str
     light: str
-    frame: int
     matt: bool
     recording: Recording
     colourless: NDArray[np.bool_]
@@ -68,7 +62,7 @@ def study_of(family: str, split: str, number: int) -> RenderedStudy:
 
 
 def trials(
-    family: str, split: str, number: int, poses: int, cache: Path, quality: BakeQuality = FULL_QUALITY
+    family: str, split: str, number: int, poses: int, cache: Path, quality: BakeQuality
 ) -> Iterator[Trial]:
     """Every light of the study at evenly spread poses of one scene's tour."""
     study = study_of(family, split, number)
@@ -91,9 +85,7 @@ def trials(
                     study.sensor.highlight_threshold,
                 )
                 yield Trial(
-                    f"{family}-{number}",
                     light.name,
-                    frame,
                     matt,
                     taken,
                     np.isin(basis.surface, wanted),

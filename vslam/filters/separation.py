@@ -21,7 +21,8 @@ class Separation(ABC):
     Attributes
     ----------
     residue : float
-        Grey levels of 255 by which the specular part must change the recorded picture to be masked.
+        Grey levels of 255 by which the specular part must change the recorded picture to be masked; 16 is
+        what the suite's ground truth calls a highlight.
 
     Raises
     ------

@@ -11,10 +11,6 @@ from numpy.typing import NDArray
 from vslam.errors import VslamError
 from vslam.filters.base import Filtered
 
-RESIDUE = 16
-"""Grey levels of 255, sRGB: what the suite's ground truth calls a highlight, and the residue at which the
-field's detectors are scored."""
-
 # linear between 4096 nodes: exact below 0.0031308, where sRGB is a straight line, and within 1e-5 above
 _NODES = np.linspace(0.0, 1.0, 4097)
 _ENCODED = np.where(_NODES <= 0.0031308, 12.92 * _NODES, 1.055 * _NODES ** (1 / 2.4) - 0.055).astype(
