@@ -10,6 +10,7 @@ in ``--cache``. The same seed, versions and kind of processor give the same file
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import sys
 from collections.abc import Iterator
@@ -79,11 +80,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--cache", type=Path, required=True, help="keeps pictures and trained stages")
     parser.add_argument("--out", type=Path, default=Path("vslam/filters/weights"))
-    parser.add_argument("--weights", type=Path, help="trained before: choose and write alone")
     chosen = parser.parse_args(arguments)
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
-    network = _trained(chosen.cache, chosen.weights)
+    network = _trained(chosen.cache)
     weights = onnx_bytes(network)
     choice = choose(weights, list(_validation(chosen.cache)))
     chosen.out.mkdir(parents=True, exist_ok=True)
@@ -92,15 +92,13 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _trained(cache: Path, weights: Path | None) -> GuardedNetwork:
+def _trained(cache: Path) -> GuardedNetwork:
     torch.manual_seed(SEED)
     network = GuardedNetwork()
-    if weights is not None:
-        network.load_state_dict(torch.load(weights))
-        return network.eval()
     pictures = _pictures(cache)
     for k, stage in enumerate(STAGES):
-        kept = cache / f"stage{k}.pt"
+        recipe = hashlib.sha256(repr((SEED, TRAIN, STAGES[: k + 1])).encode()).hexdigest()
+        kept = cache / f"stage{k}-{recipe[:12]}.pt"
         if kept.exists():
             network.load_state_dict(torch.load(kept))
             continue
