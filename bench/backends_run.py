@@ -10,6 +10,7 @@ from bench.backend_choice import BackendChoice
 from bench.data import dlr_folder
 from bench.dlr_run import write
 from bench.drive_choice import AnyDrive, FileDrive, LoopDrive, RecordedDrive, RenderedDrive
+from bench.engine_choice import chosen_engine
 from bench.kinds.backends import BackendsStudy
 from bench.metrics.cramer_rao import position_bound
 from bench.options import RunOptions
@@ -22,7 +23,6 @@ from bench.sequences import dlr, simulated, toured
 from bench.sequences.drive import Drive, from_file, recorded
 from bench.store import RunFolder
 from bench.workers import Workers, workers
-from renderers.engine import choose_engine
 from vslam.slam import SlamSettings
 
 
@@ -82,13 +82,7 @@ def run(study: BackendsStudy, folder: RunFolder, options: RunOptions, progress: 
 
 def _facts(study: BackendsStudy, progress: Progress) -> RunFacts:
     """The engine that renders, where anything is rendered."""
-    drives = study.rendered_drives()
-    if not drives:
-        return RunFacts("none")
-    engine = choose_engine(study.engine)
-    if engine.notice:
-        progress.notice(engine.notice)
-    return RunFacts(engine.name, engine.notice)
+    return chosen_engine(study.engine, progress) if study.rendered_drives() else RunFacts("none")
 
 
 def _toured(

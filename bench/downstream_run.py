@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bench import tour
+from bench.engine_choice import chosen_engine
 from bench.kinds.downstream import DownstreamStudy
 from bench.light_levels import in_scene
 from bench.options import RunOptions
@@ -11,20 +12,16 @@ from bench.rendered_run import for_workers, prepared
 from bench.run_facts import RunFacts
 from bench.store import RunFolder
 from bench.workers import workers
-from renderers.engine import choose_engine
 
 
 def run(study: DownstreamStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Tour the study's scenes one after another into a run folder."""
-    engine = choose_engine(study.engine)
-    if engine.notice:
-        progress.notice(engine.notice)
-    facts = RunFacts(engine.name, engine.notice)
+    facts = chosen_engine(study.engine, progress)
     frame_rows, run_rows = [], []
     with workers(options.workers) as pool:
         for scene in study.scenes:
             there = in_scene(study, scene, options.data)
-            with prepared(there, engine.name, facts, progress) as setup:
+            with prepared(there, facts.engine, facts, progress) as setup:
                 toured = tour.take(for_workers(setup, options), pool, facts, progress)
             tour.write(folder, toured)
             frame_rows += toured.frame_rows

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bench.drive import scores
 from bench.drive.closed_loop import ClosedLoop, Drive
 from bench.drive.episode import Episode, draw
+from bench.engine_choice import chosen_engine
 from bench.filter_choice import FilterChoice
 from bench.illumination_grid import Illumination
 from bench.kinds.drive import ClosedLoopStudy
@@ -24,7 +25,6 @@ from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import RenderedSequence, SequenceSetup
 from bench.store import RunFolder
 from bench.workers import workers
-from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
 from scenes.occupancy import TrueOccupancy, true_occupancy
 from vslam.occupancy import OccupancyGrid
@@ -54,10 +54,7 @@ class Driven:
 
 def run(study: ClosedLoopStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Drive a study into a run folder; the tables of frames and runs stay empty."""
-    choice = choose_engine(study.engine)
-    if choice.notice:
-        progress.notice(choice.notice)
-    facts = RunFacts(choice.name, choice.notice)
+    facts = chosen_engine(study.engine, progress)
     scene = load_scene(study)
     occupancy = true_occupancy(scene, study.navigation.resolution_m)
     episodes = draw(study, occupancy)
@@ -65,7 +62,8 @@ def run(study: ClosedLoopStudy, folder: RunFolder, options: RunOptions, progress
         lights = study.lights()
         colours = light_colours(study, cache)
         setups = [
-            SequenceSetup(only(study, i), choice.name, colours, 1, cache, cached_shadows=True) for i in lights
+            SequenceSetup(only(study, i), facts.engine, colours, 1, cache, cached_shadows=True)
+            for i in lights
         ]
         with facts.timed("bake"), progress.stage("bake light", len(setups)) as advance:
             for setup in setups:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from bench import strips
+from bench.engine_choice import chosen_engine
 from bench.filter_choice import FilterChoice
 from bench.filter_times import milliseconds
 from bench.filter_trial import Trial, try_filters
@@ -27,7 +28,6 @@ from bench.sequences.rendered import SequenceSetup
 from bench.store import RunFolder
 from bench.tour import perception
 from bench.workers import Workers, workers
-from renderers.engine import choose_engine
 from vslam.filters.apply import FilterFailureError
 
 Row = dict[str, Any]
@@ -45,15 +45,12 @@ class _Task:
 
 def run(study: FiltersStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Compare the study's filters into a run folder; the table of SLAM runs stays empty."""
-    engine = choose_engine(study.engine)
-    if engine.notice:
-        progress.notice(engine.notice)
-    facts = RunFacts(engine.name, engine.notice)
+    facts = chosen_engine(study.engine, progress)
     with ExitStack() as held, workers(options.workers) as pool:
         setups = {}
         for scene in study.scenes:
             there = in_scene(study, scene, options.data)
-            setup = held.enter_context(prepared(there, engine.name, facts, progress))
+            setup = held.enter_context(prepared(there, facts.engine, facts, progress))
             setups[load_scene(there).name] = for_workers(setup, options)
         with facts.timed("filter"):
             trial = _try_all(study, setups, pool, progress)

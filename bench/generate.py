@@ -17,6 +17,7 @@ from bench.datasets.journal import Journal
 from bench.datasets.model import REQUEST, Place, Request, Row
 from bench.datasets.places import places
 from bench.datasets.verify import read_request
+from bench.engine_choice import chosen_engine
 from bench.errors import BenchError
 from bench.kinds.rendered import RenderedStudy
 from bench.options import GenerateOptions
@@ -25,7 +26,6 @@ from bench.provenance import version
 from bench.rendered_run import prepared
 from bench.run_facts import RunFacts
 from bench.workers import Workers, workers
-from renderers.engine import choose_engine
 
 BATCH = 256
 """Frames that are handed to the processes at once, so that a long tour's tasks do not pile up in memory."""
@@ -42,11 +42,9 @@ def generate(study: RenderedStudy, options: GenerateOptions, progress: Progress)
     """
     layout.check_names(options.layouts)
     chosen = places(study, options)
-    engine = choose_engine(study.engine)
-    if engine.notice:
-        progress.notice(engine.notice)
+    engine = chosen_engine(study.engine, progress).engine
     layouts = tuple(dict.fromkeys(options.layouts))
-    request = Request(chosen, layouts, engine.name, version("glarebench"))
+    request = Request(chosen, layouts, engine, version("glarebench"))
     _begin(options.out, request)
     with _stopping(options.out):
         _make(options.out, request, options.workers, progress)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from bench import strips, tour
 from bench.data import cache_folder
+from bench.engine_choice import chosen_engine
 from bench.kinds.rendered import RenderedStudy
 from bench.options import RunOptions
 from bench.progress import Progress
@@ -19,7 +20,6 @@ from bench.sequences.lighting import light_colours, load_scene
 from bench.sequences.rendered import SequenceSetup
 from bench.store import RunFolder
 from bench.workers import Workers, workers
-from renderers.engine import choose_engine
 from renderers.irradiance_cache import bake_scene
 from scenes.occupancy import check_tour
 from vslam.filters.apply import FilterFailureError
@@ -27,11 +27,8 @@ from vslam.filters.apply import FilterFailureError
 
 def run(study: RenderedStudy, folder: RunFolder, options: RunOptions, progress: Progress) -> RunFacts:
     """Run a rendered study into a run folder."""
-    engine = choose_engine(study.engine)
-    if engine.notice:
-        progress.notice(engine.notice)
-    facts = RunFacts(engine.name, engine.notice)
-    with prepared(study, engine.name, facts, progress) as setup, workers(options.workers) as pool:
+    facts = chosen_engine(study.engine, progress)
+    with prepared(study, facts.engine, facts, progress) as setup, workers(options.workers) as pool:
         setup = for_workers(setup, options)
         toured = tour.take(setup, pool, facts, progress)
         with facts.timed("pictures"):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field, model_validator
 
 from bench.file_scene import FileScene, name_of
-from bench.study_parts import Illuminant, Name, Part
+from bench.study_parts import Illuminant, Name, Part, Split
 
 LOG = "log"
 """Name of the parameter by which a scene's builder asks for the log."""
@@ -49,7 +49,7 @@ class SceneChoice(Part):
     """
 
     name: Name = "corridor"
-    split: Literal["train", "test", "validation"] | None = None
+    split: Split | None = None
     seed: int = Field(0, ge=0)
     parameters: dict[str, Any] = Field(default_factory=dict)
     disc_share: float = Field(1.0, gt=0, le=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -14,7 +14,7 @@ from bench.robot_choice import DiscChoice
 from bench.scene_choice import SceneChoice
 from bench.sensor_choice import SensorChoice
 from bench.study_model import Study
-from bench.study_parts import Name, NotNegative, Part, distinct
+from bench.study_parts import Engine, Name, NotNegative, Part, Split, distinct
 
 
 class LightLevel(Part):
@@ -51,12 +51,12 @@ class ScenesStudy(Study):
     scenes: Annotated[tuple[SceneChoice, ...], BeforeValidator(_named), AfterValidator(distinct("name"))] = (
         Field((SceneChoice(),), min_length=1)
     )
-    split: Literal["train", "test", "validation"] = "test"
+    split: Split = "test"
     levels: Annotated[tuple[LightLevel, ...], AfterValidator(distinct("name"))] = Field(
         (LightLevel(name="lamps", lamps=1.0),), min_length=1
     )
     camera: CameraChoice = CameraChoice.model_validate({})
-    engine: Literal["auto", "rasterise", "raycast"] = "auto"
+    engine: Engine = "auto"
     sensor: SensorChoice = SensorChoice.model_validate({})
     filters: Filters = (FilterChoice(name="none"),)
     discs: DiscChoice = DiscChoice()

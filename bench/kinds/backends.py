@@ -11,7 +11,7 @@ from bench import study_checks
 from bench.backend_choice import Backends
 from bench.drive_choice import AnyDrive, RenderedDrive
 from bench.study_model import Study
-from bench.study_parts import Name, distinct
+from bench.study_parts import Engine, Name, distinct
 
 
 class BackendsStudy(Study):
@@ -30,7 +30,7 @@ class BackendsStudy(Study):
     backends: Backends
     observation: Name = "cartesian"
     seeds: int = Field(10, ge=1)
-    engine: Literal["auto", "rasterise", "raycast"] = "auto"
+    engine: Engine = "auto"
 
     def check(self, data: Path | None = None) -> None:
         """Refuse unknown names, as `Study.check` says."""

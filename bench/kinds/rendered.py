@@ -15,6 +15,7 @@ from bench.robot_choice import DepthNoise, DiscChoice, NavigationTask, OdometryN
 from bench.scene_choice import SceneChoice
 from bench.sensor_choice import SensorChoice
 from bench.study_model import Study
+from bench.study_parts import Engine
 
 
 class RenderedStudy(Study):
@@ -23,7 +24,7 @@ class RenderedStudy(Study):
     sequence: Literal["rendered"]
     scene: SceneChoice = SceneChoice()
     camera: CameraChoice = CameraChoice.model_validate({})
-    engine: Literal["auto", "rasterise", "raycast"] = "auto"
+    engine: Engine = "auto"
     sensor: SensorChoice = SensorChoice.model_validate({})
     illuminations: IlluminationGrid = IlluminationGrid.model_validate({})
     tour: TourChoice = TourChoice()

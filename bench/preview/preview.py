@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from bench.engine_choice import chosen_engine
 from bench.errors import BenchError, unknown_name
 from bench.illumination_grid import Illumination
 from bench.kinds.rendered import RenderedStudy
@@ -16,11 +17,9 @@ from bench.preview import plan, sheet
 from bench.preview.sheet import Cell
 from bench.progress import Progress
 from bench.rendered_run import prepared
-from bench.run_facts import RunFacts
 from bench.sequences.rendered import RenderedSequence
 from renderers.basis import LightBasis
 from renderers.develop import encode
-from renderers.engine import choose_engine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,10 +45,8 @@ def preview(study: RenderedStudy, options: PreviewOptions, progress: Progress) -
     """
     lights = _illuminations(study, options.illuminations)
     _make(options.out)
-    choice = choose_engine(study.engine)
-    if choice.notice:
-        progress.notice(choice.notice)
-    with prepared(study, choice.name, RunFacts(choice.name, choice.notice), progress) as setup:
+    facts = chosen_engine(study.engine, progress)
+    with prepared(study, facts.engine, facts, progress) as setup:
         sequence = RenderedSequence(setup)
         frames = evenly(range(len(sequence)), options.views, closed=True)
         rows = []
